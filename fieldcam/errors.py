@@ -1,0 +1,103 @@
+"""What can go wrong, sorted by what the operator can do about it.
+
+Every error carries one sentence that says what happened (`message`) and one
+that says what to do now (`hint`). The command line prints both and leaves with
+the error's `exit_code`; nothing else in the package calls `sys.exit`.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """What a command's exit status means."""
+
+    OK = 0
+    """The asked-for result was printed, whatever the verdict."""
+    BAD_INPUT = 2
+    """The command was called wrongly, or a file given to it cannot be used."""
+    DEVICE = 3
+    """The camera, or another device, did not do what it was asked to."""
+    STORAGE = 4
+    """The data folder cannot be read or written."""
+    REMOTE = 5
+    """The other end of a transfer cannot be reached or refused."""
+    DEFECT = 70
+    """A defect of fieldcam itself."""
+
+
+class FieldcamError(Exception):
+    """Base of every error that fieldcam raises on purpose."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return f"{self.message} {self.hint}".rstrip()
+
+
+class BadInput(FieldcamError):
+    """A value, file or folder given by the operator cannot be used as it is."""
+
+
+class ImageUnreadable(BadInput):
+    """An image is missing, empty, truncated, or not 8-bit."""
+
+
+class PairMismatch(BadInput):
+    """Left and right do not belong together, or not to this calibration."""
+
+
+class CalibrationInvalid(BadInput):
+    """A calibration file cannot be read, or describes an impossible camera."""
+
+
+class ReadingInvalid(BadInput):
+    """A stored reading cannot be decoded, or was written by a newer version."""
+
+
+class TagNotFound(BadInput):
+    """A command that needs a tag was given an image without one."""
+
+
+class ModelMissing(BadInput):
+    """A network's file is missing, or is not the file that the manifest names."""
+
+
+class ExtraMissing(BadInput):
+    """An optional part of fieldcam is not installed."""
+
+
+class DeviceError(FieldcamError):
+    """The camera did not do what it was asked to."""
+
+    exit_code = ExitCode.DEVICE
+
+
+class CameraUnplugged(DeviceError):
+    """No camera answers."""
+
+
+class CaptureTimeout(DeviceError):
+    """The camera gave no pair before the deadline."""
+
+
+class StorageError(FieldcamError):
+    """The data folder cannot be read or written."""
+
+    exit_code = ExitCode.STORAGE
+
+
+class StorageFull(StorageError):
+    """There is no room left to save a capture."""
+
+
+class RemoteUnreachable(FieldcamError):
+    """The other end of a transfer cannot be reached."""
+
+    exit_code = ExitCode.REMOTE

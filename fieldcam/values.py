@@ -1,0 +1,338 @@
+"""What crosses a boundary between two parts of fieldcam.
+
+All values are frozen. Images are RGB, uint8, shape (H, W, 3), with pixel
+centres at integer coordinates. The camera frame is that of the rectified left
+eye: x right, y down, z forward, in millimetres; `range_mm` is z. Disparity is
+positive: the right-image column is the left-image column minus the disparity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import datetime
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+ImageU8 = npt.NDArray[np.uint8]
+"""(H, W, 3) uint8 RGB, or (H, W) uint8 for one channel."""
+BoolMask = npt.NDArray[np.bool_]
+"""(h, w) bool."""
+FloatMap = npt.NDArray[np.float32]
+"""(H, W) float32; NaN where unknown."""
+Points = npt.NDArray[np.float32]
+"""(N, 3) float32 in the camera frame, mm."""
+Floats = npt.NDArray[np.floating[Any]]
+
+READING_SCHEMA_VERSION = 1
+"""Raised by one whenever the stored form of a ClusterReading changes."""
+
+TAG_SIZE_MM = 27.95
+"""Side of the black border of the authors' printed tag36h11."""
+
+
+class PixelFormat(StrEnum):
+    """How a raw image holds its colours."""
+
+    RGB8 = "rgb8"
+    MONO8 = "mono8"
+    BAYER_RG8 = "bayer_rg8"
+    BAYER_GB8 = "bayer_gb8"
+    BAYER_GR8 = "bayer_gr8"
+    BAYER_BG8 = "bayer_bg8"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RawPair:
+    """One triggered exposure of both eyes, as the camera gave it."""
+
+    left: ImageU8
+    """(H, W, 3) for RGB8, else (H, W)."""
+    right: ImageU8
+    pixel_format: PixelFormat
+    taken_at: datetime
+    """Host time of the exposure, timezone-aware."""
+    left_timestamp_ns: int
+    """The left eye's own clock; 0 where the camera has none."""
+    right_timestamp_ns: int
+    left_serial: str
+    right_serial: str
+    trigger_ordinal: int
+    """Counts the triggers since the camera was opened; both eyes share it."""
+    simulated: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StereoPair:
+    """A rectified pair: a point's two images lie on the same row."""
+
+    left: ImageU8
+    right: ImageU8
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.left.shape[1], self.left.shape[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """A rectified stereo camera: one focal length, one principal point.
+
+    Both rectified eyes share `cx_px`, so disparity is zero at infinity.
+    """
+
+    width_px: int
+    height_px: int
+    focal_px: float
+    cx_px: float
+    cy_px: float
+    baseline_mm: float
+
+    def range_mm(self, disparity_px: float) -> float:
+        """Depth z of a point with this disparity."""
+        return self.focal_px * self.baseline_mm / disparity_px
+
+    def disparity_px(self, range_mm: float) -> float:
+        """Disparity of a point at this depth z."""
+        return self.focal_px * self.baseline_mm / range_mm
+
+
+@dataclass(frozen=True, slots=True)
+class TagPose:
+    """One AprilTag (tag36h11) in the rectified left image."""
+
+    id: int
+    center_px: tuple[float, float]
+    corners_px: tuple[tuple[float, float], ...]
+    """Four corners in the detector's order (counter-clockwise from lower left)."""
+    translation_mm: tuple[float, float, float] | None
+    """Tag centre in the camera frame; None without a calibration."""
+    rotation: tuple[tuple[float, float, float], ...] | None
+    """Rows of the rotation from tag to camera frame."""
+    decision_margin: float
+
+    @property
+    def range_mm(self) -> float | None:
+        return None if self.translation_mm is None else self.translation_mm[2]
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """A rectangle of whole pixels in an image; x1 and y1 are exclusive."""
+
+    x0: int
+    y0: int
+    x1: int
+    y1: int
+
+    @property
+    def width(self) -> int:
+        return self.x1 - self.x0
+
+    @property
+    def height(self) -> int:
+        return self.y1 - self.y0
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Row and column slices for indexing an array."""
+        return slice(self.y0, self.y1), slice(self.x0, self.x1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mask:
+    """The pixels of one instance, as a small window of the image."""
+
+    x0: int
+    y0: int
+    window: BoolMask
+    """(h, w) bool; window[0, 0] is image pixel (x0, y0)."""
+
+    @property
+    def region(self) -> Region:
+        height, width = self.window.shape
+        return Region(self.x0, self.y0, self.x0 + width, self.y0 + height)
+
+    @property
+    def area_px(self) -> int:
+        return int(self.window.sum())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instance:
+    """One fruitlet as the segmentation network sees it."""
+
+    box_px: tuple[float, float, float, float]
+    """x0, y0, x1, y1 of the visible part."""
+    score: float
+    visible: Mask
+    visible_logits: FloatMap
+    """(h, w) over `visible.region`: above zero is fruitlet."""
+    whole_logits: FloatMap | None
+    """(h, w) over `visible.region` for the whole fruitlet, hidden part included;
+    None where the network predicts only the visible part."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipse:
+    """An ellipse in image pixels."""
+
+    center_px: tuple[float, float]
+    major_px: float
+    """Full length of the long axis."""
+    minor_px: float
+    angle_rad: float
+    """Of the long axis against the image's x axis, y down."""
+
+
+class Flag(StrEnum):
+    """Why a fruitlet was seen but not sized."""
+
+    HIDDEN = "hidden"
+    NO_DEPTH = "no_depth"
+    BAD_OUTLINE = "bad_outline"
+    CUT_BY_BORDER = "cut_by_border"
+    OUTLIER = "outlier"
+
+
+class Status(StrEnum):
+    """What the operator should do with a capture."""
+
+    ACCEPT = "accept"
+    CONFIRM = "confirm"
+    RETAKE = "retake"
+
+
+class ReasonCode(StrEnum):
+    """Why a verdict is not a plain ACCEPT."""
+
+    NO_TAG = "no_tag"
+    WRONG_TAG = "wrong_tag"
+    SEVERAL_TAGS = "several_tags"
+    NO_FRUITLETS = "no_fruitlets"
+    FEWER_THAN_BEFORE = "fewer_than_before"
+    TOO_DARK = "too_dark"
+    OVEREXPOSED = "overexposed"
+    BLURRED = "blurred"
+    CUT_BY_BORDER = "cut_by_border"
+    TOO_NEAR = "too_near"
+    TOO_FAR = "too_far"
+    NO_DEPTH = "no_depth"
+    SWAPPED_EYES = "swapped_eyes"
+    MISPAIRED = "mispaired"
+    CALIBRATION_DRIFT = "calibration_drift"
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """One reason of a verdict, with its sentence for the operator."""
+
+    code: ReasonCode
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What to do with a capture, and why."""
+
+    status: Status
+    reasons: tuple[Reason, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fruitlet:
+    """One fruitlet of one capture."""
+
+    id: int
+    in_target: bool
+    diameter_mm: float | None
+    """Equatorial diameter; None where it was seen but not sized."""
+    center_px: tuple[float, float]
+    """Centre of the fitted outline, or of the mask where none was fitted."""
+    box_px: tuple[float, float, float, float]
+    score: float
+    disparity_px: float | None
+    range_mm: float | None
+    """Depth of the visible surface's median point."""
+    visible_fraction: float
+    """Visible area over the area of the whole outline, 0 to 1."""
+    flags: tuple[Flag, ...]
+    mask: Mask
+    outline: Ellipse | None
+    cluster: int | None
+    """Index of the fruitlet's cluster in this capture; None when unassigned."""
+    centroid_mm: tuple[float, float, float] | None
+    cloud_mm: Points
+    """(N, 3) visible surface, thinned to a 1 mm grid; empty without depth."""
+
+
+class Method(StrEnum):
+    """How a fruitlet's diameter is read off its mask and disparity."""
+
+    DEFAULT = "default"
+    PAPER = "paper"
+
+
+class Matcher(StrEnum):
+    """Which stereo matcher gives the disparity."""
+
+    RAFT = "raft"
+    SGBM = "sgbm"
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What the operator can choose about one analysis."""
+
+    method: Method = Method.DEFAULT
+    stereo: Matcher = Matcher.RAFT
+    whole_image: bool = False
+    tag_size_mm: float = TAG_SIZE_MM
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """What was known about a cluster before the capture."""
+
+    tag_id: int | None = None
+    fruitlets: int | None = None
+    """How many living fruitlets were counted on the last visit."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DisparityWindow:
+    """Disparity of the part of the left image that was searched."""
+
+    region: Region
+    disparity_px: FloatMap
+    """(region.height, region.width); NaN where unknown."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClusterReading:
+    """All that one stereo pair says about one tagged cluster.
+
+    Holds what later steps need, so that no stored pair has to be run again.
+    """
+
+    tag: TagPose | None
+    tags_seen: tuple[int, ...]
+    fruitlets: tuple[Fruitlet, ...]
+    verdict: Verdict
+    window: DisparityWindow | None
+    calibration: Calibration
+    settings: Settings
+    expectation: Expectation
+    timing_ms: dict[str, float] = field(default_factory=dict)
+    models: dict[str, str] = field(default_factory=dict)
+    """SHA-256 of each network's file, by its role."""
+    software_version: str = ""
+    schema_version: int = READING_SCHEMA_VERSION
+
+    @property
+    def target(self) -> tuple[Fruitlet, ...]:
+        """The fruitlets of the tagged cluster."""
+        return tuple(f for f in self.fruitlets if f.in_target)
