@@ -1,0 +1,1 @@
+"""Training of the two networks and their conversion to ONNX; never imported by fieldcam."""

@@ -1,0 +1,23 @@
+"""The simulated orchard: tagged clusters over days, rendered with full truth.
+
+For the demo, for tests, and to train the networks on. Needs the `simulator`
+extra (Embree). Everything follows from seeds.
+"""
+
+from fieldcam.simulator.capture import SimulatedCapture, calibration_of, capture
+from fieldcam.simulator.faults import Fault, Faults
+from fieldcam.simulator.plan import Block, ClusterPlan, FruitletPlan
+from fieldcam.simulator.truth import TrueFruitlet, Truth
+
+__all__ = [
+    "Block",
+    "ClusterPlan",
+    "Fault",
+    "Faults",
+    "FruitletPlan",
+    "SimulatedCapture",
+    "TrueFruitlet",
+    "Truth",
+    "calibration_of",
+    "capture",
+]

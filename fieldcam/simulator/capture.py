@@ -1,0 +1,214 @@
+"""One simulated capture of one tagged cluster, with the truth about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+
+import cv2
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from fieldcam.simulator.faults import Fault, Faults
+from fieldcam.simulator.light import Light
+from fieldcam.simulator.mesh import F32
+from fieldcam.simulator.plan import Block, ClusterPlan
+from fieldcam.simulator.render import EyeView, Pose, Renderer
+from fieldcam.simulator.scene import Scene, build_scene
+from fieldcam.simulator.sensor import Sensor
+from fieldcam.simulator.truth import Truth, disparity, matched, true_fruitlets
+from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair, Region, StereoPair
+
+FIRST_DAY = datetime(2026, 5, 21, 9, 0, tzinfo=UTC)
+SERIALS = ("SIM-LEFT", "SIM-RIGHT")
+CALIBRATIONS = (
+    Calibration(1440, 1080, 1705.08, 694.1, 513.2, 60.00),
+    Calibration(1440, 1080, 1716.03, 732.9, 488.7, 60.18),
+    Calibration(1440, 1080, 1701.10, 728.8, 488.5, 59.82),
+    Calibration(1440, 1080, 1739.84, 790.9, 459.0, 60.20),
+    Calibration(1440, 1080, 1769.98, 661.5, 522.7, 60.30),
+)
+"""Focal lengths, principal points and baselines of the authors' real camera."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedCapture:
+    """A rectified pair, as the camera would give it, and what is really there."""
+
+    raw: RawPair
+    calibration: Calibration
+    truth: Truth
+
+    @property
+    def pair(self) -> StereoPair:
+        return StereoPair(self.raw.left, self.raw.right)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """Everything random about one exposure of one scene."""
+
+    pose: Pose
+    light: Light
+    sensor: Sensor
+    tilt_px: float
+    """How far the right image sits too low: what rectification left over."""
+
+
+def calibration_of(block: Block) -> Calibration:
+    """The camera that a block is walked with."""
+    return CALIBRATIONS[block.seed % len(CALIBRATIONS)]
+
+
+def capture(
+    block: Block, cluster_index: int, day: float, view: int = 0, faults: Faults | None = None
+) -> SimulatedCapture:
+    """Photograph a cluster of a block on a day; equal arguments give equal pixels."""
+    plan = block.clusters[cluster_index]
+    calibration = calibration_of(block)
+    scene = build_scene(plan, day)
+    faults = faults or Faults()
+    shot = draw_shot(plan, scene, day, view, calibration, faults)
+    renderer = Renderer(scene, shot.pose, calibration, shot.light)
+    region = Region(0, 0, calibration.width_px, calibration.height_px)
+    left, right = (renderer.view(x, region) for x in (0.0, calibration.baseline_mm))
+    other = _later(plan, scene, day, view, calibration, faults, right, region)
+    images = expose(shot, left, other, calibration)
+    if faults.kind is Fault.SWAPPED_EYES:
+        images = images[::-1]
+    return SimulatedCapture(
+        raw=_raw_pair(images, day, cluster_index, view),
+        calibration=calibration,
+        truth=_truth(renderer, left, right),
+    )
+
+
+def draw_shot(
+    plan: ClusterPlan, scene: Scene, day: float, view: int, calibration: Calibration, faults: Faults
+) -> Shot:
+    """Aim, light and expose as an operator would, or as a fault makes it."""
+    rng = np.random.default_rng([plan.seed, 4, round(day * 24), view])
+    pose = _aim(rng, scene, calibration, faults)
+    light = Light.draw(rng, calibration.baseline_mm)
+    sensor = Sensor.draw(rng)
+    tilt_px = float(rng.normal(0, 0.15))
+    return _spoiled(Shot(pose, light, sensor, tilt_px), faults)
+
+
+def expose(
+    shot: Shot, left: EyeView, right: EyeView, calibration: Calibration
+) -> tuple[ImageU8, ImageU8]:
+    """Both pictures of an exposure."""
+    sensors = (shot.sensor, shot.sensor.other_eye())
+    pictures = []
+    for sensor, view, shift in zip(sensors, (left, right), (0.0, shot.tilt_px), strict=True):
+        center = (
+            calibration.width_px / 2 - view.region.x0,
+            calibration.height_px / 2 - view.region.y0,
+        )
+        radiance, depth = view.radiance, view.depth_mm
+        if abs(shift) > 0.02:
+            radiance = _shifted_rows(radiance, shift)
+        pictures.append(sensor.expose(radiance, depth, center))
+    return pictures[0], pictures[1]
+
+
+def _shifted_rows(radiance: F32, shift_px: float) -> F32:
+    matrix = np.array([[1, 0, 0], [0, 1, shift_px]], np.float32)
+    size = (radiance.shape[1], radiance.shape[0])
+    return np.asarray(
+        cv2.warpAffine(
+            radiance, matrix, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+        ),
+        np.float32,
+    )
+
+
+def _aim(rng: np.random.Generator, scene: Scene, calibration: Calibration, faults: Faults) -> Pose:
+    """Point the camera so that the cluster and its tag stand near the image's middle."""
+    range_mm = float(np.clip(rng.normal(438, 45), 345, 545))
+    aside = rng.normal(0, 18, 2)
+    if faults.kind is Fault.TOO_NEAR:
+        range_mm = 300 - 22 * faults.severity
+    if faults.kind is Fault.TOO_FAR:
+        range_mm = 640 + 70 * faults.severity
+    if faults.kind is Fault.CUT_BY_BORDER:
+        half_mm = calibration.width_px / 2 / calibration.focal_px * range_mm
+        aside = np.array([half_mm - 25 + 7 * faults.severity, 0]) * rng.choice([-1, 1])
+    turn = Rotation.from_euler("yxz", rng.normal(0, [0.16, 0.13, 0.09])).as_matrix()
+    middle = (0.5 * np.asarray(scene.tag_center_mm)).astype(np.float32)
+    off_center = np.array(
+        [
+            (calibration.width_px / 2 - calibration.cx_px) / calibration.focal_px * range_mm
+            + aside[0],
+            (calibration.height_px / 2 - calibration.cy_px) / calibration.focal_px * range_mm
+            + aside[1],
+            range_mm,
+        ]
+    )
+    rotation = turn.astype(np.float32)
+    return Pose(rotation, (off_center - rotation @ middle).astype(np.float32))
+
+
+def _spoiled(shot: Shot, faults: Faults) -> Shot:
+    """The same shot with its light, lens or rectification at fault."""
+    sensor, bad = shot.sensor, faults.severity
+    match faults.kind:
+        case Fault.DARK:
+            return replace(shot, sensor=replace(sensor, exposure=sensor.exposure * 0.16 / 2**bad))
+        case Fault.OVEREXPOSED:
+            return replace(shot, sensor=replace(sensor, exposure=(2.2 + 1.4 * bad)))
+        case Fault.BLURRED:
+            return replace(shot, sensor=replace(sensor, shake_px=4.0 + 4.0 * bad))
+        case Fault.DEFOCUSED:
+            return replace(shot, sensor=replace(sensor, lens_blur_px=1.6 + 0.9 * bad))
+        case Fault.DRIFTED:
+            return replace(shot, tilt_px=1.2 + 1.1 * bad)
+        case _:
+            return shot
+
+
+def _later(
+    plan: ClusterPlan, scene: Scene, day: float, view: int, calibration: Calibration,
+    faults: Faults, right: EyeView, region: Region,
+) -> EyeView:  # fmt: skip
+    """The right view of this exposure, or of another one where the pair is mixed up."""
+    if faults.kind is not Fault.MISPAIRED:
+        return right
+    shot = draw_shot(plan, scene, day, view, calibration, Faults())
+    rng = np.random.default_rng([plan.seed, 5, view])
+    slip = rng.normal(0, 1, 3) * np.array([4.0, 4.0, 3.0]) * faults.severity
+    pose = Pose(shot.pose.rotation, (shot.pose.translation_mm + slip).astype(np.float32))
+    return Renderer(scene, pose, calibration, shot.light).view(calibration.baseline_mm, region)
+
+
+def _truth(renderer: Renderer, left: EyeView, right: EyeView) -> Truth:
+    scene, baseline = renderer.scene, renderer.calibration.baseline_mm
+    tag = renderer.pose.apply(scene.tag_center_mm)
+    return Truth(
+        tag_id=scene.tag_id,
+        tag_center_mm=(float(tag[0]), float(tag[1]), float(tag[2])),
+        tag_rotation=(renderer.pose.rotation @ scene.tag_rotation).astype(np.float32),
+        fruitlets=true_fruitlets(renderer, left),
+        left_disparity_px=disparity(renderer, left),
+        right_disparity_px=disparity(renderer, right),
+        left_matched=matched(renderer, left, 0.0, baseline),
+        right_matched=matched(renderer, right, baseline, 0.0),
+    )
+
+
+def _raw_pair(images: tuple[ImageU8, ...], day: float, cluster_index: int, view: int) -> RawPair:
+    taken = FIRST_DAY + timedelta(days=day, seconds=20 * cluster_index + 5 * view)
+    stamp = int(taken.timestamp() * 1e9)
+    return RawPair(
+        left=images[0],
+        right=images[1],
+        pixel_format=PixelFormat.RGB8,
+        taken_at=taken,
+        left_timestamp_ns=stamp,
+        right_timestamp_ns=stamp,
+        left_serial=SERIALS[0],
+        right_serial=SERIALS[1],
+        trigger_ordinal=cluster_index * 10 + view,
+        simulated=True,
+    )

@@ -1,0 +1,141 @@
+"""Renders one eye of the camera, with the geometry behind every pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from fieldcam.simulator.light import Light
+from fieldcam.simulator.mesh import F32, I32, Soup, join, unit
+from fieldcam.simulator.raycast import MISS, Hits, RayCaster
+from fieldcam.simulator.scene import Scene
+from fieldcam.simulator.texture import reflectance, tag_image
+from fieldcam.values import Calibration, Region
+
+_SUBPIXELS = np.array(
+    [[-0.375, -0.125], [-0.125, 0.375], [0.125, -0.375], [0.375, 0.125]],
+    np.float32,
+)  # fmt: skip
+"""Where inside a pixel an outline is sampled again."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """Scene to camera: x -> rotation @ x + translation_mm."""
+
+    rotation: F32
+    translation_mm: F32
+
+    def apply(self, points_mm: F32) -> F32:
+        return np.asarray(points_mm @ self.rotation.T + self.translation_mm, np.float32)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EyeView:
+    """What one eye sees through a window of its image, of shape (h, w)."""
+
+    region: Region
+    radiance: F32
+    """(h, w, 3) linear RGB."""
+    depth_mm: F32
+    """(h, w) z at pixel centres, infinite where nothing is hit."""
+    fruitlet: npt.NDArray[np.int16]
+    """(h, w) index of the fruitlet at pixel centres, -1 elsewhere."""
+
+
+class Renderer:
+    """One posed and lit scene, ready to be looked at by either eye."""
+
+    def __init__(self, scene: Scene, pose: Pose, calibration: Calibration, light: Light) -> None:
+        self.scene, self.pose, self.calibration, self.light = scene, pose, calibration, light
+        moved = [m.moved(pose.rotation, pose.translation_mm) for m in scene.meshes]
+        self.soup: Soup = join(moved)
+        self.caster = RayCaster(self.soup)
+        self._tag = tag_image(scene.tag_id)
+
+    def view(self, eye_x_mm: float, region: Region) -> EyeView:
+        """Render a window as seen from (eye_x_mm, 0, 0); smooth at outlines only."""
+        rows, columns = np.mgrid[region.y0 : region.y1, region.x0 : region.x1].astype(np.float32)
+        places = np.stack([columns.ravel(), rows.ravel()], axis=-1)
+        color, hits = self._look(eye_x_mm, places)
+        shape = (region.height, region.width)
+        thing = np.where(hits.found, self.soup.thing[hits.triangle], MISS).reshape(shape)
+        rough = np.flatnonzero(_outlines(thing).ravel())
+        for shift in _SUBPIXELS:
+            color[rough] += self._look(eye_x_mm, places[rough] + shift)[0]
+        color[rough] /= len(_SUBPIXELS) + 1
+        return EyeView(
+            region=region,
+            radiance=color.reshape(*shape, 3),
+            depth_mm=np.where(hits.found, hits.distance, np.inf).reshape(shape).astype(np.float32),
+            fruitlet=np.where(hits.found, self.soup.fruitlet[hits.triangle], -1).reshape(shape),
+        )
+
+    def seen_from(self, points_mm: F32, eye_x_mm: float) -> npt.NDArray[np.bool_]:
+        """Which points (N, 3) of the scene's surfaces an eye sees."""
+        return ~self.caster.blocked(points_mm, np.array([eye_x_mm, 0, 0], np.float32))
+
+    def points_mm(self, view: EyeView) -> F32:
+        """Surface points (h, w, 3) behind a left-eye view's pixels."""
+        rows, columns = np.mgrid[
+            view.region.y0 : view.region.y1, view.region.x0 : view.region.x1
+        ].astype(np.float32)
+        c = self.calibration
+        rays = np.stack(
+            [(columns - c.cx_px) / c.focal_px, (rows - c.cy_px) / c.focal_px, np.ones_like(rows)],
+            -1,
+        )
+        depth_mm = np.where(np.isfinite(view.depth_mm), view.depth_mm, np.nan)
+        return np.asarray(rays * depth_mm[..., None], np.float32)
+
+    def _look(self, eye_x_mm: float, places: F32) -> tuple[F32, Hits]:
+        """Colours (N, 3) and hits at image places (N, 2) as x, y."""
+        c = self.calibration
+        tangent = (places - np.array([c.cx_px, c.cy_px], np.float32)) / np.float32(c.focal_px)
+        rays = np.concatenate([tangent, np.ones((len(places), 1), np.float32)], axis=1)
+        eye = np.array([eye_x_mm, 0, 0], np.float32)
+        hits = self.caster.first_hits(eye, rays)
+        found = np.flatnonzero(hits.found)
+        color = np.empty((len(places), 3), np.float32)
+        missed = np.flatnonzero(~hits.found)
+        color[missed] = self.light.far(tangent[missed])
+        color[found] = self._shade(
+            eye, rays[found], hits.triangle[found], hits.weights[found], hits.distance[found]
+        )
+        return color, hits
+
+    def _shade(self, eye: F32, rays: F32, triangle: I32, weights: F32, distance: F32) -> F32:
+        soup = self.soup
+        corners = soup.triangles[triangle]
+
+        def at(values: F32) -> F32:
+            return np.asarray(
+                values[corners[:, 0]] * weights[:, :1]
+                + values[corners[:, 1]] * weights[:, 1:2]
+                + values[corners[:, 2]] * weights[:, 2:]
+            )
+
+        normals = unit(at(soup.normals))
+        part, thing = soup.part[triangle], soup.thing[triangle]
+        albedo = reflectance(
+            at(soup.albedo), at(soup.local), part, thing, self.scene.style, self._tag
+        )
+        toward = -unit(rays)
+        points = eye + rays * distance[:, None]
+        return self.light.shade(
+            self.caster, points, normals, toward, albedo, part, soup.gloss[triangle]
+        )
+
+
+def _outlines(thing: npt.NDArray[np.int_]) -> npt.NDArray[np.bool_]:
+    """Pixels beside a change of thing."""
+    edge = np.zeros(thing.shape, bool)
+    across = thing[:, 1:] != thing[:, :-1]
+    down = thing[1:] != thing[:-1]
+    edge[:, 1:] |= across
+    edge[:, :-1] |= across
+    edge[1:] |= down
+    edge[:-1] |= down
+    return edge
