@@ -57,8 +57,7 @@ class Renderer:
 
     def view(self, eye_x_mm: float, region: Region) -> EyeView:
         """Render a window as seen from (eye_x_mm, 0, 0); smooth at outlines only."""
-        rows, columns = np.mgrid[region.y0 : region.y1, region.x0 : region.x1].astype(np.float32)
-        places = np.stack([columns.ravel(), rows.ravel()], axis=-1)
+        places = _pixel_centres(region)
         color, hits = self._look(eye_x_mm, places)
         shape = (region.height, region.width)
         thing = np.where(hits.found, self.soup.thing[hits.triangle], MISS).reshape(shape)
@@ -66,12 +65,13 @@ class Renderer:
         for shift in _SUBPIXELS:
             color[rough] += self._look(eye_x_mm, places[rough] + shift)[0]
         color[rough] /= len(_SUBPIXELS) + 1
-        return EyeView(
-            region=region,
-            radiance=color.reshape(*shape, 3),
-            depth_mm=np.where(hits.found, hits.distance, np.inf).reshape(shape).astype(np.float32),
-            fruitlet=np.where(hits.found, self.soup.fruitlet[hits.triangle], -1).reshape(shape),
-        )
+        depth_mm, fruitlet = self._geometry(hits, region)
+        return EyeView(region, color.reshape(*shape, 3), depth_mm, fruitlet)
+
+    def geometry(self, eye_x_mm: float, region: Region) -> tuple[F32, npt.NDArray[np.int16]]:
+        """Depth in mm (infinite where nothing is hit) and fruitlet index of a window, unlit."""
+        hits = self._cast(eye_x_mm, _pixel_centres(region))[1]
+        return self._geometry(hits, region)
 
     def seen_from(self, points_mm: F32, eye_x_mm: float) -> npt.NDArray[np.bool_]:
         """Which points (N, 3) of the scene's surfaces an eye sees."""
@@ -92,19 +92,32 @@ class Renderer:
 
     def _look(self, eye_x_mm: float, places: F32) -> tuple[F32, Hits]:
         """Colours (N, 3) and hits at image places (N, 2) as x, y."""
-        c = self.calibration
-        tangent = (places - np.array([c.cx_px, c.cy_px], np.float32)) / np.float32(c.focal_px)
-        rays = np.concatenate([tangent, np.ones((len(places), 1), np.float32)], axis=1)
+        rays, hits = self._cast(eye_x_mm, places)
         eye = np.array([eye_x_mm, 0, 0], np.float32)
-        hits = self.caster.first_hits(eye, rays)
         found = np.flatnonzero(hits.found)
         color = np.empty((len(places), 3), np.float32)
         missed = np.flatnonzero(~hits.found)
-        color[missed] = self.light.far(tangent[missed])
+        color[missed] = self.light.far(rays[missed, :2])
         color[found] = self._shade(
             eye, rays[found], hits.triangle[found], hits.weights[found], hits.distance[found]
         )
         return color, hits
+
+    def _cast(self, eye_x_mm: float, places: F32) -> tuple[F32, Hits]:
+        rays = self._rays(places)
+        return rays, self.caster.first_hits(np.array([eye_x_mm, 0, 0], np.float32), rays)
+
+    def _rays(self, places: F32) -> F32:
+        """Directions (N, 3) with z = 1 through image places (N, 2)."""
+        c = self.calibration
+        tangent = (places - np.array([c.cx_px, c.cy_px], np.float32)) / np.float32(c.focal_px)
+        return np.concatenate([tangent, np.ones((len(places), 1), np.float32)], axis=1)
+
+    def _geometry(self, hits: Hits, region: Region) -> tuple[F32, npt.NDArray[np.int16]]:
+        shape = (region.height, region.width)
+        depth_mm = np.where(hits.found, hits.distance, np.inf).reshape(shape)
+        fruitlet = np.where(hits.found, self.soup.fruitlet[hits.triangle], -1).reshape(shape)
+        return depth_mm.astype(np.float32), fruitlet.astype(np.int16)
 
     def _shade(self, eye: F32, rays: F32, triangle: I32, weights: F32, distance: F32) -> F32:
         soup = self.soup
@@ -127,6 +140,12 @@ class Renderer:
         return self.light.shade(
             self.caster, points, normals, toward, albedo, part, soup.gloss[triangle]
         )
+
+
+def _pixel_centres(region: Region) -> F32:
+    """Image places (N, 2) as x, y of a window's pixels, row by row."""
+    rows, columns = np.mgrid[region.y0 : region.y1, region.x0 : region.x1].astype(np.float32)
+    return np.stack([columns.ravel(), rows.ravel()], axis=-1)
 
 
 def _outlines(thing: npt.NDArray[np.int_]) -> npt.NDArray[np.bool_]:

@@ -53,12 +53,12 @@ class Scene:
 class Motion:
     """How far things move between two visits (standard deviations)."""
 
-    turn_rad: float = 0.4
+    turn_rad: float = 0.31
     """Of the whole spur, about a random axis."""
     shift_mm: float = 6.0
-    stem_rad: float = 0.16
+    stem_rad: float = 0.11
     """Of each stem by itself."""
-    sag: float = 0.25
+    sag: float = 0.2
     tag_swing_rad: float = 0.3
     tag_shift_mm: float = 8.0
 

@@ -36,7 +36,7 @@ def fruitlet(
     vertices: F32 = points.reshape(-1, 3)
     return Mesh(
         vertices_mm=vertices,
-        normals=-grid_normals_closed(points),
+        normals=grid_normals_closed(points),
         local=vertices,
         albedo=np.repeat(_blend(skin, (1 - np.cos(polar)) / 2), len(around), axis=0),
         triangles=grid_triangles(len(polar), len(around)),
@@ -51,7 +51,7 @@ def grid_normals_closed(points: F32) -> F32:
     wrapped = np.concatenate([points[:, -2:-1], points, points[:, 1:2]], axis=1)
     rows, columns = points.shape[:2]
     normals = grid_normals(wrapped).reshape(rows, columns + 2, 3)[:, 1:-1]
-    normals[0], normals[-1] = [0, 0, 1], [0, 0, -1]
+    normals[0], normals[-1] = [0, 0, -1], [0, 0, 1]
     return np.ascontiguousarray(normals.reshape(-1, 3))
 
 
