@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from tests.paper_association import Points, associate
+from paper_association import Points, associate
 
 PUBLISHED_PRECISION, PUBLISHED_RECALL = 0.922, 0.761
 

@@ -1,8 +1,8 @@
-"""Measures `fieldcam size` on a folder made by export.render_orchard.
+"""Measures `fieldcam size` on rendered pairs that nothing was trained or tuned on.
 
-`python -m export.measure_sizes DIR [-- --method paper]` runs the command on
-each pair and prints the figures that belong together; what follows `--` is
-passed on to it.
+`python -m export.evaluate [--folder DIR] [-- --method paper]` renders the
+validation orchard where it is missing, runs the command on each pair and prints
+the figures that belong together; what follows `--` is passed on to it.
 """
 
 from __future__ import annotations
@@ -20,9 +20,12 @@ from typing import Any
 
 import numpy as np
 
+from export.render_orchard import season, write
 from fieldcam.cli.main import main as fieldcam
 from fieldcam.report.scoring import WELL_VISIBLE
 
+VALIDATION = Path("export/.cache/validation")
+VALIDATION_SEED, BLOCKS, CLUSTERS = 7_000_001, 7, 9
 SAME_BOX_IOU = 0.3
 Json = dict[str, Any]
 
@@ -163,9 +166,12 @@ def _box_iou(a: Sequence[float], b: Sequence[float]) -> float:
 def main() -> None:
     own, _, passed_on = " ".join(sys.argv[1:]).partition(" -- ")
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("--folder", type=Path, default=VALIDATION)
     parser.add_argument("--each", action="store_true", help="also print a line for each pair")
     arguments = parser.parse_args(own.split())
+    if arguments.folder == VALIDATION:
+        for order in season(VALIDATION_SEED, BLOCKS, CLUSTERS):
+            write(order, VALIDATION / order.name)
     outcomes = measure(arguments.folder, passed_on.split())
     if arguments.each:
         for o in outcomes:

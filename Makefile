@@ -1,0 +1,62 @@
+# `make demo` walks the simulated orchard, `make test` checks everything.
+# Both set up .venv on their own; nothing else has to be installed first.
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 14))
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
+	$$p -c '$(SUPPORTED)' >/dev/null 2>&1 && { echo $$p; break; }; done)
+INSTALL := $(PIP) install --quiet --constraint constraints.txt --editable
+DEMO_ARGS ?=
+PYTEST_ARGS ?=
+
+.PHONY: demo test lint test-export bench evaluate fuzz clean
+
+demo: $(VENV)/.demo-ready
+	$(BIN)/fieldcam demo $(DEMO_ARGS)
+
+test: lint
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+lint: $(VENV)/.test-ready
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+test-export: $(VENV)/.export-ready
+	$(BIN)/mypy export $(wildcard tests/export/*.py)
+	$(BIN)/python -m pytest -m export $(PYTEST_ARGS)
+
+bench: $(VENV)/.export-ready
+	$(BIN)/python -m export.bench
+
+evaluate: $(VENV)/.demo-ready
+	$(BIN)/python -m export.evaluate
+
+fuzz: $(VENV)/.test-ready
+	HYPOTHESIS_PROFILE=fuzz $(BIN)/python -m pytest -m 'slow or not slow' -k fuzz $(PYTEST_ARGS)
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+
+# An environment that was cut short has no marker file and is made again.
+$(VENV)/.created:
+	@test -n "$(PYTHON)" || { echo "fieldcam needs Python 3.11, 3.12 or 3.13, and none of them is on the PATH (set PYTHON=/path/to/python3)." >&2; exit 2; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make a virtual environment: install the package python3-venv (on Debian and Ubuntu: sudo apt install python3-venv)." >&2; exit 2; }
+	@echo "Setting up $(VENV) with $$($(PYTHON) --version); this takes a minute or two the first time." >&2
+	$(PYTHON) -m venv --clear $(VENV)
+	touch $@
+
+$(VENV)/.demo-ready: pyproject.toml constraints.txt | $(VENV)/.created
+	$(INSTALL) '.[simulator]'
+	touch $@
+
+$(VENV)/.test-ready: pyproject.toml constraints.txt | $(VENV)/.created
+	$(INSTALL) '.[simulator,test]'
+	touch $@ $(VENV)/.demo-ready
+
+$(VENV)/.export-ready: pyproject.toml constraints.txt | $(VENV)/.created
+	@echo "The export extra brings PyTorch: about 5 GB." >&2
+	$(INSTALL) '.[simulator,test,export]'
+	touch $@ $(VENV)/.test-ready $(VENV)/.demo-ready

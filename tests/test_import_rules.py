@@ -1,0 +1,96 @@
+"""Who may import whom; read from the source, and from what a fresh process really loads."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "fieldcam"
+OWNERS = {
+    "textual": ("tui",),
+    "usb": ("camera/usb3vision",),
+    "onnxruntime": ("vision",),
+    "pupil_apriltags": ("vision",),
+    "embreex": ("simulator",),
+    "torch": (),
+    "torchvision": (),
+    "export": (),
+}
+"""Each library and the parts of fieldcam that may import it."""
+PURE = ("vision", "growth", "calibration")
+"""Parts that know no database, screen or session."""
+NOT_FOR_PURE = ("store", "session", "tui", "cli", "camera", "analysis", "sync", "report")
+APP = (
+    "fieldcam.values",
+    "fieldcam.errors",
+    "fieldcam.models",
+    "fieldcam.session.walk",
+    "fieldcam.store.captures",
+    "fieldcam.camera.port",
+    "fieldcam.camera.replay",
+    "fieldcam.camera.simulated",
+    "fieldcam.analysis",
+)
+"""What the app's own process loads."""
+HEAVY = ("cv2", "onnxruntime", "pupil_apriltags", "scipy", "networkx", "textual", "embreex")
+
+
+def sources() -> list[Path]:
+    return sorted(PACKAGE.rglob("*.py"))
+
+
+def imported(path: Path) -> Iterator[str]:
+    """Full names of all modules that a file imports, anywhere in it."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            assert node.level == 0, f"{path}: relative import"
+            yield node.module
+            yield from (f"{node.module}.{name.name}" for name in node.names)
+
+
+def part(path: Path) -> str:
+    return path.relative_to(PACKAGE).as_posix()
+
+
+@pytest.mark.parametrize("path", sources(), ids=part)
+def test_libraries_stay_with_their_owners(path: Path) -> None:
+    for name in imported(path):
+        owners = OWNERS.get(name.split(".")[0])
+        if owners is not None:
+            assert part(path).startswith(tuple(f"{owner}/" for owner in owners)), name
+
+
+def test_values_and_errors_import_nothing_of_ours() -> None:
+    for name in ("values.py", "errors.py"):
+        assert not [n for n in imported(PACKAGE / name) if n.startswith("fieldcam")]
+
+
+def test_pure_parts_know_no_database_screen_or_session() -> None:
+    forbidden = tuple(f"fieldcam.{name}" for name in NOT_FOR_PURE)
+    for path in sources():
+        if part(path).startswith(tuple(f"{name}/" for name in PURE)):
+            assert not [n for n in imported(path) if n.startswith(forbidden)], part(path)
+
+
+def loaded_by(statement: str) -> set[str]:
+    """Top-level modules in a fresh process after this statement."""
+    code = f"{statement}\nimport sys\nprint(*{{name.split('.')[0] for name in sys.modules}})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+def test_the_apps_own_process_loads_no_vision_library() -> None:
+    statement = "\n".join(f"import {name}" for name in APP)
+    assert not loaded_by(statement) & set(HEAVY)
+
+
+def test_the_command_line_defers_heavy_imports() -> None:
+    parse = "from fieldcam.cli.main import build_parser; build_parser().format_help()"
+    assert not loaded_by(parse) & set(HEAVY)
