@@ -1,0 +1,1 @@
+"""Runs vision on saved pairs."""

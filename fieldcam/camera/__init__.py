@@ -1,0 +1,1 @@
+"""Flash stereo cameras: the port, and the cameras that need no hardware."""

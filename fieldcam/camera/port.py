@@ -1,0 +1,47 @@
+"""What any stereo head must do."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Protocol, Self
+
+from fieldcam.values import Calibration, RawPair
+
+
+class FlashStereoDevice(Protocol):
+    """An open camera: two eyes and a flash, fired together.
+
+    One thread uses it at a time. After `close` it takes no more pictures;
+    closing twice is fine.
+    """
+
+    @property
+    def serials(self) -> tuple[str, str]:
+        """Serial numbers of the left and right eye."""
+        ...
+
+    @property
+    def calibration(self) -> Calibration | None:
+        """The rectified camera that the head itself describes, where it does."""
+        ...
+
+    def capture(self, deadline_s: float) -> RawPair:
+        """Fire once and give the pair.
+
+        Raises CaptureTimeout when no whole pair came within `deadline_s`, and
+        CameraUnplugged when the camera is gone.
+        """
+        ...
+
+    def close(self) -> None:
+        """Give the device back."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None: ...

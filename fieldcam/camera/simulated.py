@@ -1,0 +1,120 @@
+"""The simulated orchard behind the camera's port.
+
+While one capture is analysed the next one is rendered, so that the walker waits
+less for it.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import TimeoutError as FutureTimeout
+from dataclasses import dataclass
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from fieldcam.errors import CameraUnplugged, CaptureTimeout, ExtraMissing
+from fieldcam.values import Calibration, RawPair
+
+if TYPE_CHECKING:
+    from fieldcam.simulator import Block, SimulatedCapture
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedVisit:
+    """One picture to take: of which cluster, on which day, from which spot."""
+
+    cluster_index: int
+    day: int
+    view: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Taken:
+    """A picture with its ground truth."""
+
+    visit: SimulatedVisit
+    capture: SimulatedCapture
+
+
+class SimulatedCamera:
+    """Takes the pictures of a planned walk, in its order."""
+
+    def __init__(self, block: Block, visits: Iterable[SimulatedVisit]) -> None:
+        from fieldcam.simulator import calibration_of
+
+        self._block = block
+        self._calibration = calibration_of(block)
+        self._planned = deque(visits)
+        self._renderer = ThreadPoolExecutor(1, thread_name_prefix="orchard")
+        self._rendering: Future[Taken] | None = None
+        self._last: Taken | None = None
+        self._render_ahead()
+
+    @property
+    def serials(self) -> tuple[str, str]:
+        return "simulated-left", "simulated-right"
+
+    @property
+    def calibration(self) -> Calibration | None:
+        return self._calibration
+
+    @property
+    def last(self) -> Taken:
+        """The picture that was taken last, for those who compare with the truth."""
+        if self._last is None:
+            raise CameraUnplugged("The simulated camera has taken no picture yet.")
+        return self._last
+
+    def capture(self, deadline_s: float) -> RawPair:
+        """The next picture of the walk."""
+        if self._rendering is None:
+            raise CameraUnplugged("The simulated walk has no more pictures.")
+        try:
+            self._last = self._rendering.result(timeout=deadline_s)
+        except FutureTimeout as error:
+            raise CaptureTimeout(
+                f"The simulated orchard rendered no pair within {deadline_s:g} s."
+            ) from error
+        self._render_ahead()
+        return self._last.capture.raw
+
+    def close(self) -> None:
+        self._rendering = None
+        self._renderer.shutdown(wait=True, cancel_futures=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _render_ahead(self) -> None:
+        self._rendering = None
+        if self._planned:
+            visit = self._planned.popleft()
+            self._rendering = self._renderer.submit(_render, self._block, visit)
+
+
+def plan_block(seed: int, clusters: int) -> Block:
+    """A simulated block; says which extra is missing where the simulator cannot be loaded."""
+    try:
+        from fieldcam.simulator import Block
+    except ModuleNotFoundError as error:
+        raise ExtraMissing(
+            f"The simulated orchard needs the module {error.name}.",
+            "Install it with: pip install 'fieldcam[simulator]'",
+        ) from error
+    return Block.plan(seed=seed, clusters=clusters)
+
+
+def _render(block: Block, visit: SimulatedVisit) -> Taken:
+    from fieldcam.simulator import capture
+
+    return Taken(visit, capture(block, visit.cluster_index, visit.day, view=visit.view))

@@ -1,0 +1,1 @@
+"""One walk along the row, as a library: camera, store, analysis, verdict."""

@@ -1,0 +1,1 @@
+"""The data folder: captures as the camera gave them, durable before anything else."""

@@ -1,0 +1,61 @@
+"""Files that survive a crash at any moment: either whole under their name, or absent."""
+
+from __future__ import annotations
+
+import errno
+import os
+from contextlib import suppress
+from pathlib import Path
+from uuid import uuid4
+
+from fieldcam.errors import StorageError, StorageFull
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+
+
+def write_durably(path: Path, content: bytes) -> None:
+    """Write a file so that a crash leaves all of it or nothing.
+
+    Temporary name, fsync, rename, fsync of the folder. The folder is made when
+    it is missing.
+    """
+    temporary = path.with_name(f".{path.name}.{uuid4().hex}.part")
+    try:
+        make_folder(path.parent)
+        with temporary.open("wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        temporary.replace(path)
+        _fsync_folder(path.parent)
+    except OSError as error:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise storage_error(path, error) from error
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it, each durable in its parent."""
+    missing = [f for f in (folder, *folder.parents) if not f.exists()]
+    for each in reversed(missing):
+        each.mkdir(exist_ok=True)
+        _fsync_folder(each.parent)
+
+
+def storage_error(path: Path, error: OSError) -> StorageError:
+    """The operator's sentence for an operating-system error while writing `path`."""
+    if error.errno in _NO_ROOM:
+        return StorageFull(f"No room is left to write {path}.", "Free some space and try again.")
+    reason = error.strerror or str(error)
+    return StorageError(
+        f"{path} cannot be written: {reason}.",
+        "Check the data folder's owner and that its disk is not read-only.",
+    )
+
+
+def _fsync_folder(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

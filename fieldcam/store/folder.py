@@ -1,0 +1,76 @@
+"""Where data lies: `--data DIR`, else FIELDCAM_DATA, else the user's data folder.
+
+Simulated captures have a folder of their own, and a marker file says which kind
+a folder is, so that the two can never mix.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from fieldcam.errors import StorageError
+from fieldcam.store.durable import write_durably
+
+DATA_VARIABLE = "FIELDCAM_DATA"
+MARKER_NAME = "fieldcam-data.json"
+
+
+class DataKind(StrEnum):
+    """What a data folder may hold."""
+
+    FIELD = "field"
+    SIMULATED = "simulated"
+
+
+@dataclass(frozen=True, slots=True)
+class DataFolder:
+    """A folder that fieldcam may write to."""
+
+    path: Path
+    kind: DataKind
+
+
+def data_path(option: Path | None, kind: DataKind = DataKind.FIELD) -> Path:
+    """The data folder's path; nothing is made or checked."""
+    if option is not None:
+        return option.expanduser().resolve()
+    if variable := os.environ.get(DATA_VARIABLE):
+        named = Path(variable).expanduser().resolve()
+        return named if kind is DataKind.FIELD else named.with_name(f"{named.name}-demo")
+    name = "fieldcam" if kind is DataKind.FIELD else "fieldcam-demo"
+    return _user_data() / name
+
+
+def open_data_folder(path: Path, kind: DataKind) -> DataFolder:
+    """The data folder at `path`, made and marked when it is new."""
+    marker = path / MARKER_NAME
+    found = _read_kind(marker)
+    if found is None:
+        write_durably(marker, json.dumps({"schema": 1, "kind": kind}).encode() + b"\n")
+    elif found is not kind:
+        raise StorageError(
+            f"{path} holds {found} captures and takes no {kind} ones.",
+            "Name another folder with --data.",
+        )
+    return DataFolder(path, kind)
+
+
+def _read_kind(marker: Path) -> DataKind | None:
+    try:
+        content = json.loads(marker.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise StorageError(f"{marker} cannot be read: {error}.") from error
+    if not isinstance(content, dict) or content.get("kind") not in tuple(DataKind):
+        raise StorageError(f"{marker} does not say what kind of data its folder holds.")
+    return DataKind(content["kind"])
+
+
+def _user_data() -> Path:
+    configured = os.environ.get("XDG_DATA_HOME", "")
+    return Path(configured) if Path(configured).is_absolute() else Path.home() / ".local/share"
