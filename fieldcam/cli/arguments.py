@@ -1,0 +1,68 @@
+"""What the commands' arguments have in common."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+from fieldcam.errors import BadInput
+
+Subparsers = argparse._SubParsersAction  # argparse has no public name for it
+Handler = Callable[[argparse.Namespace], None]
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose complaints are BadInput, so that they end like all others."""
+
+    def error(self, message: str) -> NoReturn:
+        raise BadInput(f"{_sentence(message)}", f"See `{self.prog} --help`.")
+
+
+def add_command(commands: Subparsers[Parser], name: str, summary: str, handler: Handler) -> Parser:
+    """A subcommand with the options that every command has."""
+    parser = commands.add_parser(name, help=summary, description=summary)
+    parser.set_defaults(handler=handler)
+    # SUPPRESS, so that `fieldcam --data DIR size …` is not overwritten by a default.
+    parser.add_argument(
+        "--data", type=Path, default=argparse.SUPPRESS, metavar="DIR", help="the data folder"
+    )
+    return parser
+
+
+def add_json(parser: Parser) -> None:
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+
+
+def positive_number(text: str) -> float:
+    """An argparse type for lengths and the like."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or value <= 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above zero")
+    return value
+
+
+def positive_count(text: str) -> int:
+    """An argparse type for counts of at least one."""
+    return _whole_number(text, 1)
+
+
+def count(text: str) -> int:
+    """An argparse type for counts that may be zero."""
+    return _whole_number(text, 0)
+
+
+def _whole_number(text: str, least: int) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) < 10 and int(text) >= least):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least {least}")
+    return int(text)
+
+
+def _sentence(message: str) -> str:
+    text = message[:1].upper() + message[1:]
+    return text if text.endswith(".") else f"{text}."

@@ -1,0 +1,186 @@
+"""`fieldcam demo`: a walk along a simulated row, sizes beside the truth."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, count, positive_count
+from fieldcam.cli.console import emit, emit_json, narrate, table
+from fieldcam.cli.networks import checked_models
+from fieldcam.models import Models
+from fieldcam.values import Expectation, Settings
+
+if TYPE_CHECKING:
+    from fieldcam.camera.simulated import SimulatedVisit
+    from fieldcam.report.scoring import Scored, ScoredCapture
+    from fieldcam.simulator import Block
+
+RENDER_DEADLINE_S = 120.0
+"""Rendering takes seconds, more on a busy machine; a real camera has no such excuse."""
+SIMULATED = "Simulated orchard: every picture here is rendered, none is of a real fruit."
+
+
+@dataclass(frozen=True, slots=True)
+class _Stop:
+    """One capture of the walk."""
+
+    tag_id: int
+    day: int
+    scored: ScoredCapture
+    duration_ms: float
+    """From saved to reading."""
+
+
+def register(commands: Subparsers[Parser]) -> None:
+    demo = add_command(commands, "demo", "walk a simulated row, sizes beside the truth", _demo)
+    demo.add_argument("--headless", action="store_true", help="without a screen")
+    demo.add_argument("--clusters", type=positive_count, default=4, metavar="N")
+    demo.add_argument("--days", type=_days, default=(0, 2, 4), metavar="0,2,4")
+    demo.add_argument("--seed", type=count, default=1, metavar="N", help="which orchard")
+    add_json(demo)
+
+
+def _demo(arguments: argparse.Namespace) -> None:
+    from fieldcam.camera.simulated import plan_block
+    from fieldcam.report.scoring import summary
+
+    models = checked_models(arguments.data)
+    block = plan_block(arguments.seed, arguments.clusters)
+    narrate(SIMULATED)
+    if not arguments.headless:
+        narrate("The screens are not part of this version; this is the same walk without them.")
+    stops = []
+    for stop in _walk(arguments, block, models):
+        stops.append(stop)
+        if not arguments.json:
+            emit("\n".join(_stop_lines(stop)) + "\n")
+    figures = summary(stop.scored for stop in stops)
+    if arguments.json:
+        entries = [_stop_entry(stop) for stop in stops]
+        note = {"simulated": True, "note": models.honesty}
+        emit_json({**note, "captures": entries, "summary": figures})
+    else:
+        emit("\n".join([*_summary_lines(figures), "", SIMULATED, models.honesty]))
+
+
+def _walk(arguments: argparse.Namespace, block: Block, models: Models) -> Iterator[_Stop]:
+    """All captures that could be read, as they come; the others are narrated."""
+    from fieldcam.analysis.direct import DirectAnalyst
+    from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
+    from fieldcam.report.scoring import score_capture
+    from fieldcam.session.walk import Analysed, NotAnalysed, walk
+    from fieldcam.simulator import calibration_of
+    from fieldcam.store.captures import CaptureFolder
+    from fieldcam.store.folder import DataKind, data_path, open_data_folder
+    from fieldcam.vision.pipeline import Pipeline
+
+    path = data_path(arguments.data, DataKind.SIMULATED)
+    store = CaptureFolder(open_data_folder(path, DataKind.SIMULATED))
+    analyst = DirectAnalyst(Pipeline.from_models(models), calibration_of(block), Settings())
+    clusters = range(len(block.clusters))
+    visits = [SimulatedVisit(index, day) for day in arguments.days for index in clusters]
+    counted: dict[int, int] = {}
+    expectations = _expectations(block, visits, counted)
+    with SimulatedCamera(block, visits) as camera:
+        for event in walk(camera, store, analyst, expectations, RENDER_DEADLINE_S):
+            visit, truth = camera.last.visit, camera.last.capture.truth
+            if isinstance(event, NotAnalysed):
+                narrate(f"Tag {truth.tag_id}, day {visit.day}: {event.error}")
+            elif isinstance(event, Analysed):
+                counted[truth.tag_id] = len(event.reading.target)
+                scored = score_capture(event.reading, truth)
+                yield _Stop(truth.tag_id, visit.day, scored, event.duration_ms)
+
+
+def _expectations(
+    block: Block, visits: Sequence[SimulatedVisit], counted: Mapping[int, int]
+) -> Iterator[Expectation]:
+    """What is known before each visit; `counted` grows while they are consumed."""
+    for visit in visits:
+        tag_id = block.clusters[visit.cluster_index].tag_id
+        yield Expectation(tag_id, counted.get(tag_id))
+
+
+def _stop_lines(stop: _Stop) -> list[str]:
+    verdict = stop.scored.reading.verdict
+    lines = [
+        f"Tag {stop.tag_id}, day {stop.day}: {verdict.status.upper()}"
+        f"  ({stop.duration_ms / 1000:.2f} s)"
+    ]
+    lines += [f"  {reason.text}" for reason in verdict.reasons]
+    rows = [["fruitlet", "size mm", "true mm", "error mm", "visible", ""]]
+    rows += [_row(scored) for scored in stop.scored.fruitlets]
+    return [*lines, *(f"  {line}" for line in table(rows, ">>>>><"))]
+
+
+def _row(scored: Scored) -> list[str]:
+    reading, truth, error = scored.reading, scored.truth, scored.error_mm
+    foreign = truth is None or not truth.in_target
+    size = None if reading is None else reading.diameter_mm
+    return [
+        "-" if truth is None or foreign else str(truth.id),
+        "-" if size is None else f"{size:.2f}",
+        "-" if truth is None else f"{truth.diameter_mm:.2f}",
+        "-" if error is None else f"{error:+.2f}",
+        "-" if truth is None else f"{truth.visible_fraction:.0%}",
+        "not of this cluster" if foreign else _note(scored),
+    ]
+
+
+def _note(scored: Scored) -> str:
+    if scored.reading is None:
+        return "not found"
+    return ", ".join(str(flag).replace("_", " ") for flag in scored.reading.flags)
+
+
+def _stop_entry(stop: _Stop) -> dict[str, Any]:
+    verdict = stop.scored.reading.verdict
+    return {
+        "tag": stop.tag_id,
+        "day": stop.day,
+        "status": verdict.status,
+        "reasons": [reason.code for reason in verdict.reasons],
+        "analysis_ms": round(stop.duration_ms, 1),
+        "fruitlets": [_fruitlet_entry(scored) for scored in stop.scored.fruitlets],
+    }
+
+
+def _fruitlet_entry(scored: Scored) -> dict[str, Any]:
+    reading, truth = scored.reading, scored.truth
+    return {
+        "in_target": truth is not None and truth.in_target,
+        "found": reading is not None,
+        "diameter_mm": None if reading is None else reading.diameter_mm,
+        "flags": [] if reading is None else list(reading.flags),
+        "true_id": None if truth is None else truth.id,
+        "true_diameter_mm": None if truth is None else truth.diameter_mm,
+        "true_visible_fraction": None if truth is None else truth.visible_fraction,
+    }
+
+
+def _summary_lines(figures: Mapping[str, Any]) -> list[str]:
+    def share(name: str) -> str:
+        return "-" if figures[name] is None else f"{figures[name]:.1%}"
+
+    def millimetres(name: str, form: str = ".2f") -> str:
+        return "-" if figures[name] is None else f"{figures[name]:{form}} mm"
+
+    return [
+        f"{figures['captures']} captures, {figures['sizes']} sizes, {figures['retakes']} retakes",
+        f"error: mean {millimetres('mae_mm')}, bias {millimetres('bias_mm', '+.2f')},"
+        f" 95 % within {millimetres('p95_mm')}",
+        f"sized: {share('sized_share_well_visible')} of the fruitlets at least 60 % visible,"
+        f" {share('sized_share_all')} of all in view",
+        f"readings that are no fruitlet of the cluster: {share('foreign_share')}",
+    ]
+
+
+def _days(text: str) -> tuple[int, ...]:
+    """An argparse type for a list of days; each is walked once."""
+    days = tuple(count(day.strip()) for day in text.split(","))
+    if list(days) != sorted(set(days)):
+        raise argparse.ArgumentTypeError(f"{text!r}: days must rise")
+    return days

@@ -1,0 +1,106 @@
+"""The `fieldcam` command: finds the subcommand, and turns errors into exit codes."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from fieldcam import __version__
+from fieldcam.cli import demo, doctor, models, sizing, stages
+from fieldcam.cli.arguments import Parser
+from fieldcam.cli.console import emit, narrate
+from fieldcam.errors import ExitCode, FieldcamError
+
+GROUPS = (sizing, stages, demo, models, doctor)
+INTERRUPTED = 130
+"""What shells expect of a program that Ctrl-C ended."""
+
+
+def entry_point() -> None:
+    """The installed command."""
+    sys.exit(main())
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; gives its exit status."""
+    try:
+        return _run(argv)
+    except FieldcamError as error:
+        narrate(f"fieldcam: {error}")
+        return error.exit_code
+    except KeyboardInterrupt:
+        narrate("fieldcam: stopped.")
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader of our output went away, as `| head` does. Python would complain
+        # again when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return ExitCode.OK
+    except Exception as error:  # the process edge: nothing may reach the operator as a traceback
+        log = _record_defect()
+        narrate(
+            f"fieldcam: a defect of fieldcam itself ({type(error).__name__}); "
+            f"please send {log} to its developers."
+        )
+        return ExitCode.DEFECT
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    parser = build_parser()
+    arguments = parser.parse_args(argv)
+    if arguments.handler is None:
+        emit(parser.format_help())
+        emit("The screens are not part of this version; `fieldcam demo` walks a simulated row.")
+        return ExitCode.OK
+    arguments.handler(arguments)
+    sys.stdout.flush()
+    return ExitCode.OK
+
+
+def build_parser() -> Parser:
+    """The parser with all commands."""
+    parser = Parser(
+        prog="fieldcam",
+        description="Sizes tagged apple fruitlet clusters from a flash stereo camera.",
+    )
+    parser.set_defaults(handler=None)
+    parser.add_argument("--version", action="version", version=f"fieldcam {__version__}")
+    parser.add_argument(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        help="the data folder (else FIELDCAM_DATA, else the user's own)",
+    )
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
+    for group in GROUPS:
+        group.register(commands)
+    return parser
+
+
+def _record_defect() -> Path:
+    """Append the traceback to the log file; gives that file's path."""
+    for folder in (_state_folder(), Path(tempfile.gettempdir())):
+        path = folder / "fieldcam.log"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            handler = logging.FileHandler(path, encoding="utf-8")
+        except OSError:
+            continue
+        handler.setFormatter(logging.Formatter("%(asctime)s %(name)s %(message)s"))
+        logger = logging.getLogger("fieldcam.cli")
+        logger.propagate = False
+        logger.addHandler(handler)
+        logger.exception("version=%s argv=%r", __version__, sys.argv)
+        logger.removeHandler(handler)
+        handler.close()
+        return path
+    return Path(os.devnull)
+
+
+def _state_folder() -> Path:
+    configured = Path(os.environ.get("XDG_STATE_HOME", ""))
+    return (configured if configured.is_absolute() else Path.home() / ".local/state") / "fieldcam"

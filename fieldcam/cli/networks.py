@@ -1,0 +1,35 @@
+"""Opens what the commands run, once the files' hashes were checked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fieldcam.models import Models, find_models, verify_model
+from fieldcam.store.folder import data_path
+
+if TYPE_CHECKING:
+    from fieldcam.vision.segmentation import Segmenter
+    from fieldcam.vision.stereo import StereoMatcher
+
+
+def checked_models(data: Path | None) -> Models:
+    """The networks in use; `data` is what `--data` said."""
+    models = find_models(data_path(data))
+    for model in models.files:
+        verify_model(model)
+    return models
+
+
+def open_segmenter(models: Models) -> Segmenter:
+    from fieldcam.vision.segmentation import Segmenter
+
+    model = models.segmentation
+    return Segmenter(model.path, model.score_threshold, float(model.facts.get("scale", 1.0)))
+
+
+def open_raft(models: Models) -> StereoMatcher:
+    from fieldcam.vision.raft import RaftMatcher
+
+    model = models.stereo
+    return RaftMatcher.from_file(model.path, model.search_px, model.multiple, model.scale)

@@ -1,0 +1,150 @@
+"""The demo walks every cluster on every day and puts sizes beside the truth."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from made_readings import CAMERA, disc_mask, made_fruitlet, made_reading
+
+from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
+from fieldcam.cli import main
+from fieldcam.errors import CameraUnplugged, ExitCode
+from fieldcam.simulator import Block
+from fieldcam.values import (
+    Calibration,
+    ClusterReading,
+    Expectation,
+    PixelFormat,
+    RawPair,
+    Settings,
+    StereoPair,
+)
+from fieldcam.vision.pipeline import Pipeline
+
+
+def fake_capture(block: Block, cluster_index: int, day: int, view: int = 0) -> SimpleNamespace:
+    """A grey pair with two target fruitlets, which grow by 0.5 mm a day."""
+    image = np.full((4, 6, 3), 10 * cluster_index + day, np.uint8)
+    taken_at = datetime(2026, 5, 21 + day, tzinfo=UTC)
+    raw = RawPair(image, image, PixelFormat.RGB8, taken_at, 0, 0, "L", "R", 1, simulated=True)
+    fruitlets = tuple(
+        SimpleNamespace(
+            id=i,
+            in_target=True,
+            diameter_mm=9.0 + 0.5 * day,
+            visible=disc_mask(100.0 + 50 * i, 100.0, 18),
+            visible_fraction=0.9,
+        )
+        for i in range(2)
+    )
+    tag_id = block.clusters[cluster_index].tag_id
+    truth = SimpleNamespace(tag_id=tag_id, fruitlets=fruitlets, target=fruitlets)
+    return SimpleNamespace(raw=raw, calibration=CAMERA, truth=truth)
+
+
+@dataclass
+class FakePipeline:
+    """Sees the first of the two fruitlets, always at 9.1 mm."""
+
+    asked: list[Expectation]
+
+    def analyse(
+        self,
+        pair: StereoPair,
+        calibration: Calibration,
+        expectation: Expectation,
+        settings: Settings,
+    ) -> ClusterReading:
+        self.asked.append(expectation)
+        return made_reading([made_fruitlet(0, (100.0, 100.0), 9.1)], expectation=expectation)
+
+
+@pytest.fixture
+def pipeline(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> FakePipeline:
+    folder = tmp_path / "models"
+    folder.mkdir()
+    (folder / "net.onnx").write_bytes(b"network")
+    entry = {"file": "net.onnx", "sha256": sha256(b"network").hexdigest(), "score_threshold": 0.5}
+    entry |= {"search_px": 32, "multiple": 16, "scale": 0.5}
+    manifest = {"schema": 1, "segmentation": entry, "stereo": entry}
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    fake = FakePipeline([])
+    monkeypatch.setattr(Pipeline, "from_models", lambda models: fake)
+    monkeypatch.setattr("fieldcam.simulator.capture", fake_capture)
+    return fake
+
+
+WALK = ["demo", "--headless", "--clusters", "2", "--days", "0,2"]
+
+
+def test_the_document_holds_each_stop_beside_its_truth(
+    tmp_path: Path, pipeline: FakePipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*WALK, "--json", "--data", str(tmp_path)]) == ExitCode.OK
+    document: dict[str, Any] = json.loads(capsys.readouterr().out)
+    tags = [cluster.tag_id for cluster in Block.plan(seed=1, clusters=2).clusters]
+    stops = [(capture["tag"], capture["day"]) for capture in document["captures"]]
+    assert stops == [(tag, day) for day in (0, 2) for tag in tags]
+    first, second = document["captures"][2]["fruitlets"]
+    assert (first["diameter_mm"], first["true_diameter_mm"]) == (9.1, 10.0)
+    assert not second["found"] and second["true_id"] == 1
+    assert document["simulated"] is True
+    assert document["summary"]["captures"] == 4
+    assert document["summary"]["bias_mm"] == pytest.approx((0.1 - 0.9) / 2)
+
+
+def test_the_second_visit_expects_what_the_first_one_counted(
+    tmp_path: Path, pipeline: FakePipeline
+) -> None:
+    main([*WALK, "--data", str(tmp_path)])
+    tags = [cluster.tag_id for cluster in Block.plan(seed=1, clusters=2).clusters]
+    expected = [Expectation(tag) for tag in tags] + [Expectation(tag, 1) for tag in tags]
+    assert pipeline.asked == expected
+
+
+def test_people_are_told_that_nothing_here_is_real(
+    tmp_path: Path, pipeline: FakePipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main([*WALK, "--data", str(tmp_path)])
+    out = capsys.readouterr().out
+    assert "Simulated orchard" in out
+    assert "not found" in out
+    assert "+0.10" in out
+
+
+def test_every_picture_is_kept_and_marked_as_simulated(
+    tmp_path: Path, pipeline: FakePipeline
+) -> None:
+    main([*WALK, "--data", str(tmp_path)])
+    records = [json.loads(path.read_text()) for path in (tmp_path / "captures").iterdir()]
+    assert len(records) == 4
+    assert all(record["simulated"] for record in records)
+
+
+def test_a_folder_of_real_captures_takes_no_demo(
+    tmp_path: Path, pipeline: FakePipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "fieldcam-data.json").write_text('{"schema": 1, "kind": "field"}')
+    assert main([*WALK, "--data", str(tmp_path)]) == ExitCode.STORAGE
+    assert "holds field captures" in capsys.readouterr().err
+
+
+def test_the_simulated_camera_is_unplugged_after_its_walk(pipeline: FakePipeline) -> None:
+    block = Block.plan(seed=1, clusters=1)
+    with SimulatedCamera(block, [SimulatedVisit(0, 2)]) as camera:
+        with pytest.raises(CameraUnplugged):
+            _ = camera.last
+        assert camera.capture(10).simulated
+        assert camera.last.visit == SimulatedVisit(0, 2)
+        with pytest.raises(CameraUnplugged):
+            camera.capture(10)
