@@ -1,0 +1,1 @@
+"""Reads calibrations, rectifies raw pairs, and notices when a calibration has drifted."""

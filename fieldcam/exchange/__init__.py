@@ -1,0 +1,1 @@
+"""What goes in and out of fieldcam: images, capture folders, readings, tables."""

@@ -1,0 +1,1 @@
+"""What fieldcam uses of embreex."""
