@@ -1,0 +1,49 @@
+"""Puts together what the stages say about one fruitlet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fieldcam.values import Calibration, Fruitlet, Instance
+from fieldcam.vision.clouds import FruitletCloud
+from fieldcam.vision.clustering import Community
+from fieldcam.vision.sizing import Size
+
+
+def make_fruitlet(
+    index: int,
+    instance: Instance,
+    cloud: FruitletCloud,
+    size: Size,
+    calibration: Calibration,
+    groups: Sequence[Community],
+    target: Community,
+) -> Fruitlet:
+    """The fruitlet behind an instance; `groups` and `target` hold instances' indices."""
+    center = size.outline.center_px if size.outline else _mask_center(instance)
+    cluster = next((k for k, group in enumerate(groups) if index in group), None)
+    return Fruitlet(
+        id=index,
+        in_target=index in target,
+        diameter_mm=size.diameter_mm,
+        center_px=center,
+        box_px=instance.box_px,
+        score=instance.score,
+        disparity_px=size.disparity_px,
+        range_mm=None if size.disparity_px is None else calibration.range_mm(size.disparity_px),
+        visible_fraction=size.visible_fraction,
+        flags=size.flags,
+        mask=instance.visible,
+        outline=size.outline,
+        cluster=cluster,
+        centroid_mm=cloud.centroid_mm,
+        cloud_mm=cloud.points_mm,
+    )
+
+
+def _mask_center(instance: Instance) -> tuple[float, float]:
+    rows, columns = np.nonzero(instance.visible.window)
+    mask = instance.visible
+    return float(columns.mean() + mask.x0), float(rows.mean() + mask.y0)

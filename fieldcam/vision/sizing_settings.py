@@ -1,0 +1,43 @@
+"""What can be switched and set about the default way of sizing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from fieldcam.vision.ellipse import FitParameters
+
+
+@dataclass(frozen=True, slots=True)
+class Corrections:
+    """The parts of the default method, each of which an ablation may leave out."""
+
+    subpixel: bool = True
+    """Zero line of the logits instead of pixel centres."""
+    own_edge: bool = True
+    """Only edges that are the fruitlet's own, instead of the whole visible outline."""
+    robust: bool = True
+    """The reweighted fit with priors instead of OpenCV's fitEllipse."""
+    center_depth: bool = True
+    """Depth of the fruitlet's centre instead of the median disparity."""
+    perspective: bool = True
+    """Tangent cone and obliqueness of the line of sight."""
+
+
+@dataclass(frozen=True, slots=True)
+class SizingParameters:
+    """When a fruitlet is sized, and when it is only reported as seen."""
+
+    fit: FitParameters = field(default_factory=FitParameters)
+    edge_bias_px: float = 0.0
+    """How far outside the true edge a network draws its zero line, on average."""
+    max_sd_mm: float = 0.35
+    """A diameter less certain than this is not given out."""
+    max_sd_share: float = 0.05
+    min_coverage: float = 0.3
+    min_visible_fraction: float = 0.2
+    max_residual_px: float = 1.0
+    max_residual_share: float = 0.03
+    min_axis_ratio: float = 0.65
+    max_depth_spread_mm: float = 6.0
+    min_diameter_mm: float = 2.0
+    max_diameter_mm: float = 45.0
