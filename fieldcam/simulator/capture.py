@@ -69,10 +69,10 @@ def capture(
     scene = build_scene(plan, day)
     faults = faults or Faults()
     shot = draw_shot(plan, scene, day, view, calibration, faults)
-    renderer = Renderer(scene, shot.pose, calibration, shot.light)
+    renderer = _parted(scene, shot, calibration)
     region = Region(0, 0, calibration.width_px, calibration.height_px)
     left, right = (renderer.view(x, region) for x in (0.0, calibration.baseline_mm))
-    other = _later(plan, scene, day, view, calibration, faults, right, region)
+    other = _later(plan, renderer.scene, day, view, calibration, faults, right, region)
     images = expose(shot, left, other, calibration)
     if faults.kind is Fault.SWAPPED_EYES:
         images = images[::-1]
@@ -81,6 +81,18 @@ def capture(
         calibration=calibration,
         truth=_truth(renderer, left, right),
     )
+
+
+def _parted(scene: Scene, shot: Shot, calibration: Calibration) -> Renderer:
+    """The scene after the operator's free hand has parted the leaves before the tag."""
+    for _ in range(4):
+        renderer = Renderer(scene, shot.pose, calibration, shot.light)
+        leaves = renderer.before_tag((0.0, calibration.baseline_mm))
+        if not leaves:
+            break
+        kept = tuple(m for i, m in enumerate(scene.meshes) if i not in leaves)
+        scene = replace(scene, meshes=kept)
+    return renderer
 
 
 def draw_shot(

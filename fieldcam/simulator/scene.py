@@ -79,7 +79,8 @@ def build_scene(plan: ClusterPlan, day: float, motion: Motion | None = None) -> 
         meshes += added
         fruitlets += known
     meshes += _clutter(fixed, style)
-    tag_meshes, center, rotation = _tag(fixed, moving, style, motion)
+    own = [f for f in fruitlets if f.in_target]
+    tag_meshes, center, rotation = _tag(fixed, moving, style, motion, own)
     return Scene(tuple(meshes + tag_meshes), tuple(fruitlets), plan.tag_id, center, rotation, style)
 
 
@@ -174,7 +175,11 @@ def _limb(
 
 
 def _tag(
-    fixed: np.random.Generator, moving: np.random.Generator, style: Style, motion: Motion
+    fixed: np.random.Generator,
+    moving: np.random.Generator,
+    style: Style,
+    motion: Motion,
+    beside: list[SceneFruitlet],
 ) -> tuple[list[Mesh], F32, F32]:
     """The printed tag on a card that hangs on a string beside the cluster."""
     angle = fixed.uniform(-0.6, np.pi + 0.6)
@@ -183,6 +188,7 @@ def _tag(
     center = (home + moving.normal(0, 1, 3) * motion.tag_shift_mm * [1, 0.5, 0.6]).astype(
         np.float32
     )
+    center = _clear_of(center, beside)
     swing = moving.normal(0, 1, 3) * motion.tag_swing_rad
     tilt = np.clip(fixed.normal(0, 0.22, 3) + swing * [0.6, 1.0, 0.7], -0.7, 0.7)
     rotation = (
@@ -196,6 +202,21 @@ def _tag(
         spur.rgb(style.paper), Part.STRING, 5,
     )  # fmt: skip
     return [card, string], center, rotation
+
+
+def _clear_of(center_mm: F32, fruitlets: list[SceneFruitlet]) -> F32:
+    """Pushed away from the spur until no fruitlet hangs in front of the card."""
+    outward = center_mm[:2] / np.linalg.norm(center_mm[:2])
+    moved = center_mm.copy()
+    for _ in range(30):
+        gaps = [
+            np.abs(moved[:2] - f.center_mm[:2]).max() - f.diameter_mm / 2 - CARD_MM / 2
+            for f in fruitlets
+        ]
+        if not gaps or min(gaps) > 2.0:
+            break
+        moved[:2] += 3.0 * outward
+    return moved
 
 
 def _direction(rng: np.random.Generator) -> F32:

@@ -29,7 +29,8 @@ def fruitlet(
     polar: F32 = np.linspace(0.0, np.pi, segments // 2 + 1, dtype=np.float32)
     around = np.linspace(0.0, 2 * np.pi, segments + 1, dtype=np.float32)
     hollow = 1.0 - 0.16 * np.exp(-((np.sin(polar) / 0.3) ** 2))
-    axial = (-half_length * np.cos(polar) * hollow)[:, None] * np.ones_like(around)
+    profile = -np.cos(polar) * hollow
+    axial = (half_length * profile / profile.max())[:, None] * np.ones_like(around)
     across = (radius * np.sin(polar))[:, None]
     grid = np.stack([across * np.cos(around), across * np.sin(around), axial], -1)
     points: F32 = grid.astype(np.float32)

@@ -47,8 +47,8 @@ def grain(points: F32, period: float) -> F32:
 def tag_image(tag_id: int) -> F32:
     """The tag's print at _CELL_PX pixels a bit, 1 white and 0 black."""
     family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
-    bits = np.zeros((8, 8), np.uint8)
-    bits[:] = cv2.aruco.generateImageMarker(family, tag_id, 8)
+    # OpenCV draws this family upside down against AprilTag's own corner order.
+    bits = np.rot90(cv2.aruco.generateImageMarker(family, tag_id, 8), 2)
     white = np.full((10, 10), 255, np.uint8)
     white[1:9, 1:9] = bits
     printed = np.kron(white, np.ones((_CELL_PX, _CELL_PX), np.uint8))
