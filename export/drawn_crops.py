@@ -1,0 +1,334 @@
+"""Training windows drawn in two dimensions, for what rendered orchards lack.
+
+Night with flash, and daylight with green clutter, fruit of the leaves' colour
+and crowds. Each window is a shard with `image`, `labels` and `whole`:
+
+    python -m export.drawn_crops --out DIR --count 1200 --seed 1
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from export.drawn_objects import (
+    F32,
+    Colour,
+    FruitLook,
+    Light,
+    Sprite,
+    draw_card,
+    draw_fruit,
+    draw_leaf,
+    draw_twig,
+    rgb_of,
+)
+from export.segmentation_data import Window
+
+WINDOW_PX = 512
+MAX_FRUIT = 60
+
+
+@dataclass(slots=True, eq=False)
+class Canvas:
+    """The picture while it is painted, far things first."""
+
+    image: F32
+    labels: npt.NDArray[np.uint8]
+    whole: list[npt.NDArray[np.bool_]] = field(default_factory=list)
+
+    @property
+    def side(self) -> int:
+        """Pixels of one side."""
+        return len(self.image)
+
+    def _overlap(self, sprite: Sprite) -> tuple[slice, slice, slice, slice] | None:
+        height, width = sprite.alpha.shape
+        x0, y0 = max(sprite.x, 0), max(sprite.y, 0)
+        x1, y1 = min(sprite.x + width, self.side), min(sprite.y + height, self.side)
+        if x0 >= x1 or y0 >= y1:
+            return None
+        return (
+            slice(y0, y1),
+            slice(x0, x1),
+            slice(y0 - sprite.y, y1 - sprite.y),
+            slice(x0 - sprite.x, x1 - sprite.x),
+        )
+
+    def shadow(self, sprite: Sprite, dx: int, dy: int, depth: float) -> None:
+        """Darkens what lies behind a sprite, beside it."""
+        soft = cv2.GaussianBlur(np.pad(sprite.alpha, 6), (0, 0), 2.5)
+        cast = Sprite(sprite.x - 6 + dx, sprite.y - 6 + dy, np.asarray(soft), sprite.colour)
+        where = self._overlap(cast)
+        if where is not None:
+            rows, columns, of_rows, of_columns = where
+            share = cast.alpha[of_rows, of_columns, None]
+            self.image[rows, columns] *= 1.0 - depth * share
+
+    def paint(self, sprite: Sprite, fruit: bool = False) -> None:
+        """Lays a sprite over the picture; a fruit gets the next label."""
+        where = self._overlap(sprite)
+        if where is None:
+            return
+        rows, columns, of_rows, of_columns = where
+        alpha = sprite.alpha[of_rows, of_columns]
+        area = self.image[rows, columns]
+        area += (sprite.colour[of_rows, of_columns] - area) * alpha[..., None]
+        covered = alpha > 0.5
+        if fruit and covered.any():
+            outline = np.zeros(self.labels.shape, bool)
+            outline[rows, columns] = covered
+            self.whole.append(outline)
+        label = len(self.whole) if fruit else 0
+        self.labels[rows, columns][covered] = label
+
+    def window(self) -> Window:
+        """The finished picture."""
+        image = np.clip(self.image, 0, 255).astype(np.uint8)
+        shape = (0, *self.labels.shape)
+        whole = np.stack(self.whole) if self.whole else np.zeros(shape, bool)
+        return Window(image, self.labels, whole)
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What one window is about."""
+
+    daylight: bool
+    light: Light
+    leaf_hue: float
+    leaf_saturation: float
+    leaf_value: float
+    fruit: FruitLook
+    radius: float
+    count: int
+
+
+def _light(daylight: bool, rng: np.random.Generator) -> Light:
+    tilt = rng.uniform(0.3, 1.1) if daylight else rng.uniform(0.0, 0.35)
+    side = rng.uniform(0, 2 * np.pi) if not daylight else rng.normal(-np.pi / 2, 0.9)
+    ambient = rng.uniform(0.25, 0.8) if daylight else rng.uniform(0.05, 0.35)
+    return Light(
+        float(np.sin(tilt) * np.cos(side)),
+        float(np.sin(tilt) * np.sin(side)),
+        float(np.cos(tilt)),
+        float(ambient),
+    )
+
+
+def random_scene(rng: np.random.Generator) -> Scene:
+    """Season, hour and crowding of one window."""
+    daylight = bool(rng.random() < 0.55)
+    leaf_hue = rng.uniform(70, 135)
+    similar = rng.random() < 0.6
+    hue = leaf_hue + rng.normal(-8, 14) if similar else rng.uniform(-15, 120)
+    grey = 1.0 if daylight else rng.uniform(0.15, 1.0)
+    look = FruitLook(
+        hue=hue,
+        saturation=float(rng.uniform(0.25, 0.8) * grey),
+        value=float(rng.uniform(0.45, 1.0)),
+        blush=float(rng.uniform(0, 0.9) if rng.random() < 0.35 else 0.0),
+        gloss=float(rng.uniform(0.0, 0.6)),
+        roughness=float(np.exp(rng.uniform(2.0, 5.0))),
+    )
+    radius = float(np.exp(rng.uniform(np.log(11), np.log(78))))
+    crowd = int(rng.integers(8, 40)) if radius < 28 else int(rng.integers(3, 14))
+    return Scene(
+        daylight,
+        _light(daylight, rng),
+        leaf_hue,
+        float(rng.uniform(0.2, 0.8) * max(grey, 0.4)),
+        float(rng.uniform(0.25, 0.85)),
+        look,
+        radius,
+        0 if rng.random() < 0.06 else crowd,
+    )
+
+
+def _leaf_colour(scene: Scene, dim: float, rng: np.random.Generator) -> Colour:
+    return rgb_of(
+        scene.leaf_hue + rng.normal(0, 8),
+        float(np.clip(scene.leaf_saturation * rng.uniform(0.6, 1.3), 0, 1)),
+        float(np.clip(scene.leaf_value * dim * rng.uniform(0.4, 1.5), 0.02, 1)),
+    )
+
+
+def _backdrop(scene: Scene, rng: np.random.Generator) -> F32:
+    """Sky, soil or darkness with blurred foliage."""
+    side = WINDOW_PX
+    base = _leaf_colour(scene, 0.6 if scene.daylight else 0.12, rng)
+    if scene.daylight and rng.random() < 0.35:
+        base = rgb_of(rng.uniform(20, 230), rng.uniform(0, 0.4), rng.uniform(0.4, 1.0))
+    cells = rng.standard_normal((12, 12, 1), dtype=np.float32) * 0.5 + 1.0
+    tone = cv2.resize(cells, (side, side), interpolation=cv2.INTER_CUBIC)[..., None]
+    canvas = Canvas(
+        (base * np.clip(tone, 0.1, 3)).astype(np.float32), np.zeros((side,) * 2, np.uint8)
+    )
+    for _ in range(int(rng.integers(5, 45))):
+        _paint_far(canvas, scene, rng)
+    sigma = float(rng.uniform(0.8, 9.0))
+    return np.asarray(cv2.GaussianBlur(canvas.image, (0, 0), sigma), dtype=np.float32)
+
+
+def _spot(rng: np.random.Generator) -> tuple[float, float]:
+    x, y = rng.uniform(-30, WINDOW_PX + 30, 2)
+    return float(x), float(y)
+
+
+def _paint_far(canvas: Canvas, scene: Scene, rng: np.random.Generator) -> None:
+    """Something out of focus behind everything: a leaf or a round gap of light."""
+    if rng.random() < 0.15:
+        radius = rng.uniform(5, 40)
+        bright = rng.uniform(0.3, 1.0) if scene.daylight else rng.uniform(0.02, 0.2)
+        colour = rgb_of(rng.uniform(40, 220), rng.uniform(0, 0.4), bright)
+        x, y = _spot(rng)
+        centre = (int(x), int(y))
+        cv2.circle(canvas.image, centre, int(radius), colour.tolist(), -1, cv2.LINE_AA)
+        return
+    dim = rng.uniform(0.2, 1.1) if scene.daylight else rng.uniform(0.03, 0.35)
+    canvas.paint(draw_leaf(_spot(rng), rng.uniform(30, 220), _leaf_colour(scene, dim, rng), rng))
+
+
+def _paint_leaf(canvas: Canvas, scene: Scene, rng: np.random.Generator) -> None:
+    least = float(rng.uniform(25, 120))
+    length = float(np.clip(scene.radius * rng.uniform(1.2, 5.0), least, 330))
+    leaf = draw_leaf(_spot(rng), length, _leaf_colour(scene, 1.0, rng), rng)
+    if rng.random() < 0.6:
+        dx, dy = rng.integers(-6, 7, 2)
+        canvas.shadow(leaf, int(dx), int(dy), float(rng.uniform(0.2, 0.6)))
+    canvas.paint(leaf)
+
+
+def _line(start: tuple[float, float], end: tuple[float, float], rng: np.random.Generator) -> F32:
+    share = np.linspace(0, 1, 20)[:, None]
+    a, b = np.array(start), np.array(end)
+    bend = rng.normal(0, 0.15, 2) * np.linalg.norm(b - a)
+    line = a + (b - a) * share + bend * np.sin(np.pi * share)
+    return np.asarray(line, dtype=np.float32)
+
+
+def _paint_twig(canvas: Canvas, scene: Scene, rng: np.random.Generator) -> None:
+    thickness = float(rng.uniform(3, 14) if rng.random() < 0.8 else rng.uniform(15, 50))
+    colour = rgb_of(rng.uniform(10, 70), rng.uniform(0.05, 0.5), rng.uniform(0.15, 0.7))
+    twig = draw_twig(_line(_spot(rng), _spot(rng), rng), thickness, colour, rng)
+    canvas.paint(twig)
+
+
+def _fruit_spots(scene: Scene, rng: np.random.Generator) -> list[tuple[float, float]]:
+    """Centres in a few bunches that touch and overlap."""
+    spots: list[tuple[float, float]] = []
+    while len(spots) < scene.count:
+        x, y = rng.uniform(0, WINDOW_PX, 2)
+        for _ in range(int(rng.integers(1, 9))):
+            spread = scene.radius * rng.uniform(0.8, 2.0)
+            spots.append((float(x + rng.normal(0, spread)), float(y + rng.normal(0, spread))))
+    return spots[: min(scene.count, MAX_FRUIT)]
+
+
+def _one_look(scene: Scene, rng: np.random.Generator) -> FruitLook:
+    base = scene.fruit
+    return FruitLook(
+        base.hue + float(rng.normal(0, 5)),
+        float(np.clip(base.saturation * rng.uniform(0.8, 1.2), 0, 1)),
+        float(np.clip(base.value * rng.uniform(0.7, 1.15), 0.1, 1)),
+        base.blush * float(rng.uniform(0.4, 1.2)),
+        base.gloss,
+        base.roughness,
+    )
+
+
+def _paint_fruit(
+    canvas: Canvas, spot: tuple[float, float], scene: Scene, rng: np.random.Generator
+) -> None:
+    long = scene.radius * float(np.clip(rng.normal(1, 0.15), 0.5, 1.5))
+    short = long * float(rng.uniform(0.72, 1.0))
+    angle = float(rng.uniform(0, np.pi))
+    green = _leaf_colour(scene, 1.2, rng)
+    if rng.random() < 0.7:
+        reach = rng.normal(0, 2.5 * scene.radius, 2)
+        end = (spot[0] + float(reach[0]), spot[1] + float(reach[1]))
+        stem = draw_twig(_line(spot, end, rng), max(1.5, long * 0.13), green, rng)
+        canvas.paint(stem)
+    fruit = draw_fruit(spot, long, short, angle, _one_look(scene, rng), scene.light, rng)
+    if rng.random() < 0.75:
+        dx, dy = rng.integers(-5, 6, 2)
+        canvas.shadow(fruit, int(dx), int(dy), float(rng.uniform(0.15, 0.6)))
+    canvas.paint(fruit, fruit=True)
+    if rng.random() < 0.3:
+        _paint_sepals(canvas, spot, long, green, rng)
+
+
+def _paint_sepals(
+    canvas: Canvas,
+    spot: tuple[float, float],
+    radius: float,
+    colour: Colour,
+    rng: np.random.Generator,
+) -> None:
+    """Flower remains that stick out over the outline; they are not fruit."""
+    side = rng.uniform(0, 2 * np.pi)
+    root = (spot[0] + radius * float(np.cos(side)), spot[1] + radius * float(np.sin(side)))
+    tone = colour * float(rng.uniform(0.4, 1.2))
+    for _ in range(int(rng.integers(1, 4))):
+        canvas.paint(draw_leaf(root, max(4.0, radius * rng.uniform(0.2, 0.5)), tone, rng))
+
+
+def draw_window(rng: np.random.Generator) -> Window:
+    """One random window."""
+    scene = random_scene(rng)
+    canvas = Canvas(_backdrop(scene, rng), np.zeros((WINDOW_PX,) * 2, np.uint8))
+    leaves = int(rng.integers(3, 55 if scene.daylight else 30))
+    for _ in range(leaves):
+        _paint_leaf(canvas, scene, rng)
+    for _ in range(int(rng.integers(0, 5))):
+        _paint_twig(canvas, scene, rng)
+    if rng.random() < 0.3:
+        canvas.paint(draw_card(_spot(rng), float(rng.uniform(60, 170)), rng))
+    between = rng.uniform(0, 0.35)
+    for spot in _fruit_spots(scene, rng):
+        _paint_fruit(canvas, spot, scene, rng)
+        if rng.random() < between:
+            _paint_leaf(canvas, scene, rng)
+    for _ in range(int(rng.integers(0, 4))):
+        (_paint_leaf if rng.random() < 0.7 else _paint_twig)(canvas, scene, rng)
+    return canvas.window()
+
+
+def save_window(window: Window, path: Path) -> None:
+    """Writes a shard under a temporary name, then renames it."""
+    part = path.with_suffix(".part")
+    with part.open("wb") as stream:
+        np.savez_compressed(
+            stream,
+            image=window.image,
+            labels=window.labels,
+            whole=np.packbits(window.whole, axis=-1),
+        )
+    part.replace(path)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Writes `--count` windows of consecutive seeds; those present stay."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--count", type=int, default=1200)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args(argv)
+    cv2.setNumThreads(1)
+    options.out.mkdir(parents=True, exist_ok=True)
+    for number in range(options.seed, options.seed + options.count):
+        path = options.out / f"{number}.npz"
+        if not path.exists():
+            save_window(draw_window(np.random.default_rng((7, number))), path)
+    sys.stderr.write(f"{options.count} drawn windows in {options.out}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
