@@ -25,6 +25,10 @@ class Hits:
     distance: F32
     """(N,) in lengths of the ray's direction."""
 
+    def of(self, chosen: npt.NDArray[np.int64]) -> Hits:
+        """The hits of some of the rays."""
+        return Hits(self.triangle[chosen], self.weights[chosen], self.distance[chosen])
+
     @property
     def found(self) -> npt.NDArray[np.bool_]:
         return np.asarray(self.triangle != MISS)

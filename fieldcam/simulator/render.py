@@ -19,6 +19,8 @@ _SUBPIXELS = np.array(
     np.float32,
 )  # fmt: skip
 """Where inside a pixel an outline is sampled again."""
+_NEIGHBOURS = ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
+I64 = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,15 +60,33 @@ class Renderer:
     def view(self, eye_x_mm: float, region: Region) -> EyeView:
         """Render a window as seen from (eye_x_mm, 0, 0); smooth at outlines only."""
         places = _pixel_centres(region)
-        color, hits = self._look(eye_x_mm, places)
+        rays, hits = self._cast(eye_x_mm, places)
+        color = self._color(eye_x_mm, rays, hits)
         shape = (region.height, region.width)
-        thing = np.where(hits.found, self.soup.thing[hits.triangle], MISS).reshape(shape)
+        thing = self._things(hits).reshape(shape)
         rough = np.flatnonzero(_outlines(thing).ravel())
+        smooth = color[rough]
         for shift in _SUBPIXELS:
-            color[rough] += self._look(eye_x_mm, places[rough] + shift)[0]
-        color[rough] /= len(_SUBPIXELS) + 1
+            smooth += self._between(eye_x_mm, places[rough] + shift, rough, thing, color)
+        color[rough] = smooth / (len(_SUBPIXELS) + 1)
         depth_mm, fruitlet = self._geometry(hits, region)
         return EyeView(region, color.reshape(*shape, 3), depth_mm, fruitlet)
+
+    def _between(self, eye_x_mm: float, places: F32, pixels: I64, thing: I32, color: F32) -> F32:
+        """Colours (N, 3) at places beside pixels: a neighbour's of the same thing, else shaded."""
+        rays, hits = self._cast(eye_x_mm, places)
+        wanted = self._things(hits)
+        height, width = thing.shape
+        row, column = np.divmod(pixels, width)
+        source = np.full(len(pixels), MISS, np.int64)
+        for down, right in _NEIGHBOURS:
+            beside = (row + down).clip(0, height - 1) * width + (column + right).clip(0, width - 1)
+            fits = (source == MISS) & (thing.ravel()[beside] == wanted)
+            source[fits] = beside[fits]
+        out = color[source]
+        new = np.flatnonzero(source == MISS)
+        out[new] = self._color(eye_x_mm, rays[new], hits.of(new))
+        return out
 
     def geometry(self, eye_x_mm: float, region: Region) -> tuple[F32, npt.NDArray[np.int16]]:
         """Depth in mm (infinite where nothing is hit) and fruitlet index of a window, unlit."""
@@ -95,29 +115,21 @@ class Renderer:
 
     def points_mm(self, view: EyeView) -> F32:
         """Surface points (h, w, 3) behind a left-eye view's pixels."""
-        rows, columns = np.mgrid[
-            view.region.y0 : view.region.y1, view.region.x0 : view.region.x1
-        ].astype(np.float32)
-        c = self.calibration
-        rays = np.stack(
-            [(columns - c.cx_px) / c.focal_px, (rows - c.cy_px) / c.focal_px, np.ones_like(rows)],
-            -1,
-        )
+        rays = self._rays(_pixel_centres(view.region)).reshape(*view.depth_mm.shape, 3)
         depth_mm = np.where(np.isfinite(view.depth_mm), view.depth_mm, np.nan)
         return np.asarray(rays * depth_mm[..., None], np.float32)
 
-    def _look(self, eye_x_mm: float, places: F32) -> tuple[F32, Hits]:
-        """Colours (N, 3) and hits at image places (N, 2) as x, y."""
-        rays, hits = self._cast(eye_x_mm, places)
+    def _color(self, eye_x_mm: float, rays: F32, hits: Hits) -> F32:
+        """Colours (N, 3) that rays from an eye bring back."""
         eye = np.array([eye_x_mm, 0, 0], np.float32)
-        found = np.flatnonzero(hits.found)
-        color = np.empty((len(places), 3), np.float32)
-        missed = np.flatnonzero(~hits.found)
+        found, missed = np.flatnonzero(hits.found), np.flatnonzero(~hits.found)
+        color = np.empty((len(rays), 3), np.float32)
         color[missed] = self.light.far(rays[missed, :2])
-        color[found] = self._shade(
-            eye, rays[found], hits.triangle[found], hits.weights[found], hits.distance[found]
-        )
-        return color, hits
+        color[found] = self._shade(eye, rays[found], hits.of(found))
+        return color
+
+    def _things(self, hits: Hits) -> I32:
+        return np.where(hits.found, self.soup.thing[hits.triangle], MISS).astype(np.int32)
 
     def _cast(self, eye_x_mm: float, places: F32) -> tuple[F32, Hits]:
         rays = self._rays(places)
@@ -135,8 +147,8 @@ class Renderer:
         fruitlet = np.where(hits.found, self.soup.fruitlet[hits.triangle], -1).reshape(shape)
         return depth_mm.astype(np.float32), fruitlet.astype(np.int16)
 
-    def _shade(self, eye: F32, rays: F32, triangle: I32, weights: F32, distance: F32) -> F32:
-        soup = self.soup
+    def _shade(self, eye: F32, rays: F32, hits: Hits) -> F32:
+        soup, triangle, weights = self.soup, hits.triangle, hits.weights
         corners = soup.triangles[triangle]
 
         def at(values: F32) -> F32:
@@ -152,7 +164,7 @@ class Renderer:
             at(soup.albedo), at(soup.local), part, thing, self.scene.style, self._tag
         )
         toward = -unit(rays)
-        points = eye + rays * distance[:, None]
+        points = eye + rays * hits.distance[:, None]
         return self.light.shade(
             self.caster, points, normals, toward, albedo, part, soup.gloss[triangle]
         )
@@ -164,7 +176,7 @@ def _pixel_centres(region: Region) -> F32:
     return np.stack([columns.ravel(), rows.ravel()], axis=-1)
 
 
-def _outlines(thing: npt.NDArray[np.int_]) -> npt.NDArray[np.bool_]:
+def _outlines(thing: I32) -> npt.NDArray[np.bool_]:
     """Pixels beside a change of thing."""
     edge = np.zeros(thing.shape, bool)
     across = thing[:, 1:] != thing[:, :-1]
