@@ -33,6 +33,8 @@ from export.mask_rcnn import FruitletMaskRCNN
 from export.segmentation_state import load_weights
 
 OPSET = 17
+SCORE_THRESHOLD = 0.7
+"""Chosen on 24 rendered pairs kept for tuning: 99 % of true detections lie above it."""
 OUTPUTS = ("boxes", "scores", "mask_boxes", "mask_logits")
 TRACE_SIZE = (224, 256)
 PARITY_SIZES = ((224, 256), (512, 512), (301, 415))
@@ -181,7 +183,7 @@ def manifest_entry(graph: Graph, path: Path, about: dict[str, Any]) -> dict[str,
         "input": {"name": "image", "layout": "CHW", "colour": "RGB", "range": [0, 255]},
         "box_origin": "pixel edge: pixel i covers i to i + 1",
         "mask_channels": ["visible", "whole"][: graph.channels],
-        "score_threshold": 0.5,
+        "score_threshold": SCORE_THRESHOLD,
         **about,
     }
 

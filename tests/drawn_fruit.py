@@ -100,7 +100,7 @@ def _instance(k: int, window: Region, inside: Vectors, owner: npt.NDArray[np.int
         )
     return Instance(
         box_px=box,
-        score=0.99 - 0.01 * k,
+        score=0.99 - 0.001 * k,
         visible=Mask(window.x0, window.y0, logits > 0),
         visible_logits=logits,
         whole_logits=(6 * np.tanh(inside / SOFT_PX)).astype(np.float32),

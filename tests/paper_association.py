@@ -42,7 +42,8 @@ def _icp(source: Points, target: Points) -> tuple[Points, Points]:
             near = np.isfinite(distance)
             if near.sum() < 6:
                 break
-            turned, step = _rigid(source[near], target[nearest[near]])
+            matched = np.asarray(nearest)[near]
+            turned, step = _rigid(source[near], target[matched])
             change = np.abs(turned - rotation).max() + np.abs(step - shift).max()
             rotation, shift = turned, step
             if change < 1e-5:

@@ -8,6 +8,7 @@ from drawn_fruit import CAMERA, Fruit, draw
 
 from fieldcam.values import Calibration, DisparityWindow, Mask, Region
 from fieldcam.vision.clouds import (
+    PAPER_CLOUDS,
     CloudParameters,
     back_project,
     bilateral,
@@ -84,6 +85,9 @@ def test_a_cloud_smeared_along_the_line_of_sight_is_inconsistent() -> None:
     mask, window = plane(230.0)
     ramp = np.linspace(224.0, 236.0, 50, dtype=np.float32)
     window.disparity_px[:] = ramp[:, None]
+    assert fruitlet_cloud(mask, window, CAMERA, PAPER_CLOUDS).centroid_mm is None
+    assert fruitlet_cloud(mask, window, CAMERA).centroid_mm is not None
+    window.disparity_px[:] = np.linspace(205.0, 255.0, 50, dtype=np.float32)[:, None]
     assert fruitlet_cloud(mask, window, CAMERA).centroid_mm is None
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from fieldcam.vision.clustering import (
     ClusterParameters,
     clusters,
+    rejoined,
     target_cluster,
     with_singles,
 )
@@ -136,3 +137,11 @@ def test_a_last_fruitlet_keeps_its_tag() -> None:
     best = target_cluster(found, points, (0.0, 0.0, 0.0))
     assert best is not None
     assert found[best] == (0,)
+
+
+def test_halves_of_one_bud_are_rejoined_and_two_buds_are_not() -> None:
+    bud = np.array([[-22.0, 0, 0], [-18, 8, 0], [-14, -8, 0], [14, 8, 0], [18, -8, 0], [22, 0, 0]])
+    halves = ((0, 1, 2), (3, 4, 5))
+    assert rejoined(halves, bud, 38.0) == ((0, 1, 2, 3, 4, 5),)
+    apart = bud + (np.arange(6) >= 3)[:, None] * [45.0, 0.0, 0.0]
+    assert rejoined(halves, apart, 38.0) == halves

@@ -153,3 +153,12 @@ def test_visible_fraction_is_that_of_the_whole_outline() -> None:
     drawn = draw([Fruit((0.0, 0.0, 440.0), 12.0)], covers=[(Region(640, 400, 692, 600), 400.0)])
     (result,) = sizes(drawn)
     assert result.visible_fraction == pytest.approx(drawn.visible_fraction[0], abs=0.04)
+
+
+def test_a_detection_that_the_network_is_unsure_of_is_seen_but_not_sized() -> None:
+    drawn = draw([Fruit((0.0, 0.0, 440.0), 12.0)])
+    (observed,) = observations(drawn)
+    unsure = replace(observed, instance=replace(observed.instance, score=0.8))
+    assert size_fruitlet(unsure, CAMERA).diameter_mm is None
+    assert Flag.BAD_OUTLINE in size_fruitlet(unsure, CAMERA).flags
+    assert size_fruitlet(observed, CAMERA).diameter_mm is not None

@@ -6,7 +6,7 @@ from the operator, millimetres.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -63,9 +63,6 @@ class Motion:
     tag_shift_mm: float = 8.0
 
 
-STILL = Motion(0, 0, 0, 0, 0, 0)
-
-
 def build_scene(plan: ClusterPlan, day: float, motion: Motion | None = None) -> Scene:
     """The scene of one tagged cluster on one day."""
     fixed = np.random.default_rng([plan.seed, 2])
@@ -74,14 +71,27 @@ def build_scene(plan: ClusterPlan, day: float, motion: Motion | None = None) -> 
     motion = motion or Motion()
     target, fruitlets = _target(fixed, moving, plan, day, style, motion)
     meshes = list(target)
+    home = _tag_home(plan)
+    tag_meshes, center, rotation = _tag(home, fixed, moving, style, motion, fruitlets)
     for _ in range(int(fixed.choice([0, 1, 2, 3, 4], p=[0.1, 0.25, 0.3, 0.2, 0.15]))):
-        added, known = _neighbour(fixed, style, len(fruitlets))
+        added, known = _neighbour(fixed, style, len(fruitlets), home)
         meshes += added
         fruitlets += known
     meshes += _clutter(fixed, style)
-    own = [f for f in fruitlets if f.in_target]
-    tag_meshes, center, rotation = _tag(fixed, moving, style, motion, own)
     return Scene(tuple(meshes + tag_meshes), tuple(fruitlets), plan.tag_id, center, rotation, style)
+
+
+def with_covered_tag(scene: Scene, share: float) -> Scene:
+    """The same scene with a leaf across the tag that hides its upper share from the operator."""
+    length_mm, width_mm = 3.0 * TAG_SIZE_MM, 1.5 * TAG_SIZE_MM
+    leaf = shapes.leaf(length_mm, width_mm, 0.15, 0.1, 0.0, spur.rgb(scene.style.leaf))
+    lower_edge_mm = (share - 0.5) * TAG_SIZE_MM
+    foot_mm = np.array([-length_mm / 2, lower_edge_mm - 0.45 * width_mm, -6.0], np.float32)
+    # The operator looks along the tag's z axis, and the leaf bends along its own -z.
+    facing = np.diag([1.0, -1.0, -1.0]).astype(np.float32)
+    on_tag = leaf.moved(facing, foot_mm)
+    covering = on_tag.moved(scene.tag_rotation, scene.tag_center_mm)
+    return replace(scene, meshes=(*scene.meshes, covering))
 
 
 def _target(
@@ -113,7 +123,7 @@ def _target(
 
 
 def _neighbour(
-    rng: np.random.Generator, style: Style, first_index: int
+    rng: np.random.Generator, style: Style, first_index: int, tag_mm: F32
 ) -> tuple[list[Mesh], list[SceneFruitlet]]:
     """Another cluster of the same tree, 60 to 250 mm away."""
     along = spur.heading(rng)
@@ -123,7 +133,7 @@ def _neighbour(
     ]
     directions = spur.stem_directions(rng, len(sizes), along)
     placed = spur.hang(rng, sizes, directions, rng.uniform(10, 22, len(sizes)), rng.uniform(0, 0.6))
-    offset = _neighbour_offset(rng)
+    offset = _neighbour_offset(rng, tag_mm)
     meshes = spur.leaf_meshes(rng, style, along, int(rng.integers(2, 8)))
     known = []
     for i, hung in enumerate(placed):
@@ -134,11 +144,22 @@ def _neighbour(
     return [m.moved(still, offset) for m in meshes], known
 
 
-def _neighbour_offset(rng: np.random.Generator) -> F32:
-    angle = rng.uniform(0, 2 * np.pi)
-    away = rng.uniform(75, 230)
-    depth = float(np.clip(rng.normal(25, 50), -70, 160))
-    return np.array([away * np.cos(angle), away * np.sin(angle) * 0.8, depth], np.float32)
+def _neighbour_offset(rng: np.random.Generator, tag_mm: F32) -> F32:
+    """Where a neighbour's spur is; a tag is hung where no other cluster could be meant."""
+    for _ in range(30):
+        angle, away = rng.uniform(0, 2 * np.pi), rng.uniform(75, 230)
+        depth = float(np.clip(rng.normal(25, 50), -70, 160))
+        offset = np.array([away * np.cos(angle), away * np.sin(angle) * 0.8, depth], np.float32)
+        if np.linalg.norm(offset - tag_mm) > np.linalg.norm(tag_mm) + 30:
+            break
+    return offset
+
+
+def _tag_home(plan: ClusterPlan) -> F32:
+    """Where the tag hangs when no wind moves it, before it is pushed clear of fruitlets."""
+    rng = np.random.default_rng([plan.seed, 6])
+    angle, away = rng.uniform(-0.6, np.pi + 0.6), rng.uniform(36, 62)
+    return np.array([away * np.cos(angle), away * np.sin(angle), rng.uniform(-32, 6)], np.float32)
 
 
 def _clutter(rng: np.random.Generator, style: Style) -> list[Mesh]:
@@ -175,6 +196,7 @@ def _limb(
 
 
 def _tag(
+    home_mm: F32,
     fixed: np.random.Generator,
     moving: np.random.Generator,
     style: Style,
@@ -182,10 +204,7 @@ def _tag(
     beside: list[SceneFruitlet],
 ) -> tuple[list[Mesh], F32, F32]:
     """The printed tag on a card that hangs on a string beside the cluster."""
-    angle = fixed.uniform(-0.6, np.pi + 0.6)
-    away = fixed.uniform(36, 62)
-    home = np.array([away * np.cos(angle), away * np.sin(angle), fixed.uniform(-32, 6)])
-    center = (home + moving.normal(0, 1, 3) * motion.tag_shift_mm * [1, 0.5, 0.6]).astype(
+    center = (home_mm + moving.normal(0, 1, 3) * motion.tag_shift_mm * [1, 0.5, 0.6]).astype(
         np.float32
     )
     center = _clear_of(center, beside)

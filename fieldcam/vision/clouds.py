@@ -32,12 +32,18 @@ class CloudParameters:
     """Depth step to a neighbour, over depth, that counts as an edge."""
     min_points: int = 60
     max_from_median_mm: float = 20.0
-    max_view_axis: float = 0.8
-    """A cloud whose longest axis is this parallel to the line of sight is smeared."""
+    max_range_iqr_mm: float = 20.0
+    """Range between the quartiles from which on a cloud is smeared: its median is no depth."""
+    max_view_axis: float = 1.0
+    """A cloud whose longest axis is more parallel than this to the line of sight is smeared.
+
+    The authors' 0.8 also drops small fruitlets whose median is right to a pixel; at
+    1 nothing is dropped for it.
+    """
     grid_mm: float = 1.0
 
 
-PAPER_CLOUDS = CloudParameters(min_points=100)
+PAPER_CLOUDS = CloudParameters(min_points=100, max_range_iqr_mm=np.inf, max_view_axis=0.8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,6 +143,9 @@ def keep_consistent(points: Points, parameters: CloudParameters) -> BoolMask | N
     middle = np.median(points, axis=0)
     near = np.linalg.norm(points - middle, axis=1) <= parameters.max_from_median_mm
     if near.sum() < parameters.min_points:
+        return None
+    quartiles = np.percentile(points[:, 2], [25, 75])
+    if quartiles[1] - quartiles[0] > parameters.max_range_iqr_mm:
         return None
     view = middle / np.linalg.norm(middle)
     _, axes = np.linalg.eigh(np.cov(points[near].T))

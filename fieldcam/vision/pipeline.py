@@ -29,6 +29,7 @@ from fieldcam.vision.clustering import (
     ClusterParameters,
     Community,
     clusters,
+    rejoined,
     target_cluster,
     with_singles,
 )
@@ -198,6 +199,7 @@ class Pipeline:
         found = clusters(centroids, self._parameters.clustering)
         if settings.method is not Method.PAPER:
             found = with_singles(found, len(placed))
+            found = rejoined(found, centroids, self._parameters.clustering.bud_mm)
         groups = tuple(tuple(placed[i][0] for i in group) for group in found)
         if tag is None or tag.translation_mm is None:
             return groups, ()

@@ -86,6 +86,8 @@ def size_fruitlet(
     area = np.pi / 4 * ellipse.major_px * ellipse.minor_px
     visible = float(np.clip(observed.instance.visible.area_px / area, 0.0, 1.0))
     flags = (*early, *_outline_flags(fit, visible, parameters))
+    if observed.instance.score < parameters.min_score:
+        flags = (*flags, Flag.BAD_OUTLINE)
     if median is None:
         return Size(None, None, ellipse, None, visible, flags)
     diameter, spread = diameter_and_spread(fit, surface, calibration, corrections)

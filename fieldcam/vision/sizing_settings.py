@@ -30,6 +30,9 @@ class SizingParameters:
     fit: FitParameters = field(default_factory=FitParameters)
     edge_bias_px: float = 0.0
     """How far outside the true edge a network draws its zero line, on average."""
+    min_score: float = 0.9
+    """A fruitlet that the network is less sure of is seen, not sized: where two overlap, such
+    a detection is often a part of one or both."""
     max_sd_mm: float = 0.35
     """A diameter less certain than this is not given out."""
     max_sd_share: float = 0.05
