@@ -54,7 +54,7 @@ def encode_disparity(disparity_px: FloatMap) -> dict[str, int | float | str]:
     in coarser steps.
     """
     known = np.isfinite(disparity_px)
-    lowest = math.floor(disparity_px[known].min()) if known.any() else 0
+    lowest = _floor_of_stored(float(disparity_px[known].min())) if known.any() else 0
     span = float(disparity_px[known].max()) - lowest if known.any() else 0.0
     steps_per_px = min(DISPARITY_STEPS_PER_PX, (LARGEST_STORED - 1) / max(span, 1.0))
     above = np.where(known, disparity_px.astype(np.float64) - lowest, 0.0)
@@ -66,6 +66,12 @@ def encode_disparity(disparity_px: FloatMap) -> dict[str, int | float | str]:
         "steps_per_px": steps_per_px,
         "steps": _pack(_split_bytes(_differences(steps))),
     }
+
+
+def _floor_of_stored(disparity_px: float) -> int:
+    # Rounded to a step first: else -0.004 is stored as 0 above -1, and is 0 above 0
+    # when the map that came back is written again.
+    return math.floor(round(disparity_px * DISPARITY_STEPS_PER_PX) / DISPARITY_STEPS_PER_PX)
 
 
 def decode_disparity(
