@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fieldcam.simulator.faults import Fault, Faults
+from fieldcam.simulator.faults import SEVERITIES, Fault, Faults
 from fieldcam.simulator.light import Light
 from fieldcam.simulator.mesh import F32
 from fieldcam.simulator.plan import Block, ClusterPlan
 from fieldcam.simulator.render import EyeView, Pose, Renderer
-from fieldcam.simulator.scene import Scene, build_scene
+from fieldcam.simulator.scene import Scene, build_scene, with_covered_tag
 from fieldcam.simulator.sensor import Sensor
 from fieldcam.simulator.truth import Truth, disparity, matched, true_fruitlets
 from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair, Region, StereoPair
@@ -29,6 +29,9 @@ CALIBRATIONS = (
     Calibration(1440, 1080, 1769.98, 661.5, 522.7, 60.30),
 )
 """Focal lengths, principal points and baselines of the authors' real camera."""
+
+FRAMING = {Fault.TOO_NEAR, Fault.TOO_FAR, Fault.CUT_BY_BORDER, Fault.TAG_HIDDEN}
+"""Faults of what is looked at; the others spoil how it is taken."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,26 +63,58 @@ def calibration_of(block: Block) -> Calibration:
     return CALIBRATIONS[block.seed % len(CALIBRATIONS)]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """What both eyes see of a cluster, before light becomes pictures."""
+
+    plan: ClusterPlan
+    cluster_index: int
+    day: float
+    view: int
+    calibration: Calibration
+    shot: Shot
+    renderer: Renderer
+    left: EyeView
+    right: EyeView
+    truth: Truth
+
+
 def capture(
     block: Block, cluster_index: int, day: float, view: int = 0, faults: Faults | None = None
 ) -> SimulatedCapture:
     """Photograph a cluster of a block on a day; equal arguments give equal pixels."""
+    faults = faults or Faults()
+    return develop(look(block, cluster_index, day, view, faults), faults)
+
+
+def look(block: Block, cluster_index: int, day: float, view: int, faults: Faults) -> Sight:
+    """Aim at a cluster; of the faults only those in FRAMING make a difference here."""
     plan = block.clusters[cluster_index]
     calibration = calibration_of(block)
     scene = build_scene(plan, day)
-    faults = faults or Faults()
-    shot = draw_shot(plan, scene, day, view, calibration, faults)
+    framing = faults if faults.kind in FRAMING else Faults()
+    shot = draw_shot(plan, scene, day, view, calibration, framing)
     renderer = _parted(scene, shot, calibration)
+    if faults.kind is Fault.TAG_HIDDEN:
+        covered = with_covered_tag(renderer.scene, faults.severity / max(SEVERITIES))
+        renderer = Renderer(covered, shot.pose, calibration, shot.light)
     region = Region(0, 0, calibration.width_px, calibration.height_px)
     left, right = (renderer.view(x, region) for x in (0.0, calibration.baseline_mm))
-    other = _later(plan, renderer.scene, day, view, calibration, faults, right, region)
-    images = expose(shot, left, other, calibration)
+    truth = _truth(renderer, left, right)
+    return Sight(plan, cluster_index, day, view, calibration, shot, renderer, left, right, truth)
+
+
+def develop(sight: Sight, faults: Faults) -> SimulatedCapture:
+    """Expose both eyes, with the faults of light, lens, pairing or rectification."""
+    shot = _spoiled(sight.shot, faults)
+    other = _later(sight, faults)
+    images = expose(shot, sight.left, other, sight.calibration)
     if faults.kind is Fault.SWAPPED_EYES:
         images = images[::-1]
     return SimulatedCapture(
-        raw=_raw_pair(images, day, cluster_index, view),
-        calibration=calibration,
-        truth=_truth(renderer, left, right),
+        raw=_raw_pair(images, sight.day, sight.cluster_index, sight.view),
+        calibration=sight.calibration,
+        truth=sight.truth,
     )
 
 
@@ -167,31 +202,29 @@ def _spoiled(shot: Shot, faults: Faults) -> Shot:
     sensor, bad = shot.sensor, faults.severity
     match faults.kind:
         case Fault.DARK:
-            return replace(shot, sensor=replace(sensor, exposure=sensor.exposure * 0.16 / 2**bad))
+            return replace(shot, sensor=replace(sensor, exposure=sensor.exposure * 0.1 / 2**bad))
         case Fault.OVEREXPOSED:
-            return replace(shot, sensor=replace(sensor, exposure=(2.2 + 1.4 * bad)))
+            return replace(shot, sensor=replace(sensor, exposure=3.0 + 2.0 * bad))
         case Fault.BLURRED:
             return replace(shot, sensor=replace(sensor, shake_px=4.0 + 4.0 * bad))
         case Fault.DEFOCUSED:
-            return replace(shot, sensor=replace(sensor, lens_blur_px=1.6 + 0.9 * bad))
+            return replace(shot, sensor=replace(sensor, lens_blur_px=2.0 + 1.0 * bad))
         case Fault.DRIFTED:
             return replace(shot, tilt_px=1.2 + 1.1 * bad)
         case _:
             return shot
 
 
-def _later(
-    plan: ClusterPlan, scene: Scene, day: float, view: int, calibration: Calibration,
-    faults: Faults, right: EyeView, region: Region,
-) -> EyeView:  # fmt: skip
+def _later(sight: Sight, faults: Faults) -> EyeView:
     """The right view of this exposure, or of another one where the pair is mixed up."""
     if faults.kind is not Fault.MISPAIRED:
-        return right
-    shot = draw_shot(plan, scene, day, view, calibration, Faults())
-    rng = np.random.default_rng([plan.seed, 5, view])
+        return sight.right
+    rng = np.random.default_rng([sight.plan.seed, 5, sight.view])
     slip = rng.normal(0, 1, 3) * np.array([4.0, 4.0, 3.0]) * faults.severity
-    pose = Pose(shot.pose.rotation, (shot.pose.translation_mm + slip).astype(np.float32))
-    return Renderer(scene, pose, calibration, shot.light).view(calibration.baseline_mm, region)
+    pose = sight.shot.pose
+    moved = Pose(pose.rotation, (pose.translation_mm + slip).astype(np.float32))
+    renderer = Renderer(sight.renderer.scene, moved, sight.calibration, sight.shot.light)
+    return renderer.view(sight.calibration.baseline_mm, sight.right.region)
 
 
 def _truth(renderer: Renderer, left: EyeView, right: EyeView) -> Truth:

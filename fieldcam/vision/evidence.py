@@ -5,22 +5,28 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fieldcam.values import Calibration, Expectation, Fruitlet, Region, TagPose
+from fieldcam.vision.eye_matches import EyeMatches
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Quality:
     """Measures of one pair, from its pixels; greys are 0 to 255 of the left eye."""
 
-    brightness: float
-    """Median grey of the fruitlets, or of the searched region where there are none."""
-    dark_share: float
-    """Share of those pixels that are nearly black."""
-    saturated_share: float
-    """Share of those pixels that are clipped."""
-    sharpness: float | None
-    """Steepest edges of the tag over its contrast, per px; None without a tag."""
+    fruit_brightness: float | None
+    """Median grey of the fruitlets; None where there are none."""
+    white_level: float
+    """Grey that 5 % of the region around the tag reach, or of the middle without a tag."""
+    right_white_ratio: float
+    """That level of the whole right eye over that of the whole left eye."""
+    clipped_share: float
+    """Share of clipped pixels: of the fruitlets, or of all that is lit where there are none."""
+    tag_blur_px: float | None
+    """Standard deviation of the blur across the tag's edges, in its worst direction."""
+    edge_blur_px: float | None
+    """The same of the region's sharpest edges; None where the tag tells it or they are few."""
     depth_share: float
     """Share of the fruitlets' pixels that have a disparity."""
+    eyes: EyeMatches
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,3 +45,8 @@ class Evidence:
     """The part of the left image that was searched."""
     quality: Quality
     tag_size_mm: float
+
+    @property
+    def target(self) -> tuple[Fruitlet, ...]:
+        """The fruitlets of the tagged cluster."""
+        return tuple(f for f in self.fruitlets if f.in_target)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from fieldcam.values import Calibration, Fruitlet, Instance
+from fieldcam.values import Calibration, Flag, Fruitlet, Instance, ReasonCode, Verdict
 from fieldcam.vision.clouds import FruitletCloud
 from fieldcam.vision.clustering import Community
 from fieldcam.vision.sizing import Size
+
+UNRELATED_EYES = {ReasonCode.SWAPPED_EYES, ReasonCode.MISPAIRED}
+"""Reasons for which a disparity means nothing."""
 
 
 def make_fruitlet(
@@ -41,6 +45,20 @@ def make_fruitlet(
         centroid_mm=cloud.centroid_mm,
         cloud_mm=cloud.points_mm,
     )
+
+
+def as_trusted(fruitlets: tuple[Fruitlet, ...], verdict: Verdict) -> tuple[Fruitlet, ...]:
+    """The fruitlets; without anything that rests on depth where the eyes do not belong together."""
+    if UNRELATED_EYES.isdisjoint(reason.code for reason in verdict.reasons):
+        return fruitlets
+    return tuple(_as_one_eye_sees(fruitlet) for fruitlet in fruitlets)
+
+
+def _as_one_eye_sees(fruitlet: Fruitlet) -> Fruitlet:
+    return replace(
+        fruitlet, in_target=False, diameter_mm=None, disparity_px=None, range_mm=None,
+        flags=(Flag.NO_DEPTH,), cluster=None, centroid_mm=None, cloud_mm=fruitlet.cloud_mm[:0],
+    )  # fmt: skip
 
 
 def _mask_center(instance: Instance) -> tuple[float, float]:

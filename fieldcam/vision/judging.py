@@ -1,160 +1,155 @@
-"""The verdict on a capture: keep it, look at it, or take it again."""
+"""The verdict on a capture: keep it, look at it, or take it again.
+
+Thresholds come from good pairs spoiled in image space and from photographs
+(`python -m export.tune_verdict` prints what they separate), never from the
+simulator's own faults, on which the verdict is measured.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-import cv2
-import numpy as np
-import numpy.typing as npt
-
-from fieldcam.calibration.drift import row_disagreement_px, tag_disparity_px, tag_size_error
-from fieldcam.values import (
-    DisparityWindow,
-    Flag,
-    Fruitlet,
-    ImageU8,
-    Reason,
-    ReasonCode,
-    Region,
-    Status,
-    StereoPair,
-    TagPose,
-    Verdict,
-)
-from fieldcam.vision.clouds import cut
+from fieldcam.values import Flag, Fruitlet, ReasonCode, Status, TagPose, Verdict
 from fieldcam.vision.evidence import Evidence, Quality
-from fieldcam.vision.stereo import gray
+from fieldcam.vision.findings import FARTHEST_MM, NEAREST_MM, Finding, confirm, retake
+from fieldcam.vision.judging_eyes import judge_eyes
 
-DARK, CLIPPED = 8, 250
-LEAST_BRIGHTNESS = 22.0
-MOST_CLIPPED = 0.15
-LEAST_SHARPNESS = 0.12
+LEAST_FRUIT_BRIGHTNESS = 50.0
+LEAST_WHITE_LEVEL = 50.0
+"""Where no fruitlet was found."""
+LEAST_RIGHT_WHITE_RATIO = 0.5
+MOST_CLIPPED = 0.1
+MOST_CLIPPED_AROUND = 0.3
+"""Where no fruitlet was found."""
+MOST_TAG_BLUR_PX = 2.1
+MOST_EDGE_BLUR_PX = 2.2
+
 LEAST_DEPTH = 0.4
-NEAREST_MM, FARTHEST_MM = 280.0, 620.0
-MISPAIRED_ROWS_PX = 4.0
-DRIFT_ROWS_PX = 1.5
-MISPAIRED_SIZE, DRIFT_SIZE = 0.12, 0.025
-
-CONFIRMABLE = {
-    ReasonCode.FEWER_THAN_BEFORE,
-    ReasonCode.SEVERAL_TAGS,
-    ReasonCode.CALIBRATION_DRIFT,
-}
-"""Only the operator's eyes can settle these; every other reason asks for a retake."""
+BORDER_MM = 5.0
+"""A fruitlet nearer the border has neighbours that may be outside."""
+TAG_BORDER_MM, EMPTY_TAG_BORDER_MM = 20.0, 45.0
+"""Of the tag's centre; the second where no fruitlet was found beside it."""
+CLUSTER_MM = 65.0
+"""How far from its tag's centre a fruitlet can hang."""
 
 
 def judge(evidence: Evidence) -> Verdict:
-    """The verdict, with every reason that holds."""
-    reasons = tuple([*_tag(evidence), *_light(evidence), *_eyes(evidence), *_fruit(evidence)])
-    if not reasons:
-        return Verdict(Status.ACCEPT)
-    confirm = all(reason.code in CONFIRMABLE for reason in reasons)
-    return Verdict(Status.CONFIRM if confirm else Status.RETAKE, reasons)
+    """The verdict, with every reason that holds; causes stand before consequences."""
+    light = list(_light(evidence.quality))
+    eyes = list(judge_eyes(evidence, spoiled=bool(light)))
+    findings = [*light, *eyes, *_tag(evidence), *_fruit(evidence, explained=bool(light or eyes))]
+    reasons = tuple(reason for _, reason in findings)
+    statuses = {status for status, _ in findings}
+    worst = (s for s in (Status.RETAKE, Status.CONFIRM) if s in statuses)
+    return Verdict(next(worst, Status.ACCEPT), reasons)
 
 
-def measure_quality(
-    pair: StereoPair,
-    region: Region,
-    tag: TagPose | None,
-    window: DisparityWindow,
-    fruitlets: tuple[Fruitlet, ...],
-) -> Quality:
-    """Light, sharpness and depth of a pair."""
-    image = gray(pair.left)
-    pixels = _fruit_pixels(image, fruitlets) if fruitlets else image[region.slices].ravel()
-    depths = [cut(window, f.mask.region)[f.mask.window] for f in fruitlets]
-    known = np.isfinite(np.concatenate(depths)) if depths else np.zeros(1)
-    return Quality(
-        brightness=float(np.median(pixels)),
-        dark_share=float((pixels <= DARK).mean()),
-        saturated_share=float((pixels >= CLIPPED).mean()),
-        sharpness=None if tag is None else _sharpness(image, tag),
-        depth_share=float(known.mean()),
-    )
+def _light(quality: Quality) -> Iterator[Finding]:
+    if _too_dark(quality):
+        yield retake(ReasonCode.TOO_DARK, "The picture is too dark: check the flash.")
+    elif quality.right_white_ratio < LEAST_RIGHT_WHITE_RATIO:
+        yield retake(ReasonCode.TOO_DARK, "The right eye is too dark: check its lens and flash.")
+    if quality.clipped_share > _most_clipped(quality):
+        yield retake(ReasonCode.OVEREXPOSED, "The picture is overexposed: lower the exposure.")
+    if _blurred(quality):
+        yield retake(ReasonCode.BLURRED, "The picture is blurred: hold still, wipe the lens.")
 
 
-def _tag(evidence: Evidence) -> Iterator[Reason]:
+def _too_dark(quality: Quality) -> bool:
+    if quality.fruit_brightness is not None:
+        return quality.fruit_brightness < LEAST_FRUIT_BRIGHTNESS
+    return quality.white_level < LEAST_WHITE_LEVEL
+
+
+def _most_clipped(quality: Quality) -> float:
+    return MOST_CLIPPED_AROUND if quality.fruit_brightness is None else MOST_CLIPPED
+
+
+def _blurred(quality: Quality) -> bool:
+    if quality.tag_blur_px is not None:
+        return quality.tag_blur_px > MOST_TAG_BLUR_PX
+    return quality.edge_blur_px is not None and quality.edge_blur_px > MOST_EDGE_BLUR_PX
+
+
+def _tag(evidence: Evidence) -> Iterator[Finding]:
     tag, expected = evidence.tag, evidence.expectation.tag_id
     if tag is None:
-        yield Reason(ReasonCode.NO_TAG, "No tag was read.")
+        yield retake(ReasonCode.NO_TAG, "No tag was read: turn it to the camera, clear leaves.")
         return
     if expected is not None and tag.id != expected:
-        yield Reason(ReasonCode.WRONG_TAG, f"Tag {tag.id} was read, {expected} is due here.")
-    if expected is None and len({t.id for t in evidence.tags_seen}) > 1:
-        yield Reason(ReasonCode.SEVERAL_TAGS, f"Several tags in view; tag {tag.id} was taken.")
-    if tag.range_mm is not None and tag.range_mm < NEAREST_MM:
-        yield Reason(ReasonCode.TOO_NEAR, f"The tag is {tag.range_mm / 10:.0f} cm away: step back.")
-    if tag.range_mm is not None and tag.range_mm > FARTHEST_MM:
-        yield Reason(ReasonCode.TOO_FAR, f"The tag is {tag.range_mm / 10:.0f} cm away: go nearer.")
+        yield retake(
+            ReasonCode.WRONG_TAG, f"Tag {tag.id} was read, {expected} is due: find that one."
+        )
+    ids = [t.id for t in evidence.tags_seen]
+    if ids.count(tag.id) > 1 or (expected is None and len(set(ids)) > 1):
+        yield confirm(
+            ReasonCode.SEVERAL_TAGS, f"Several tags in view, tag {tag.id} was taken: is it right?"
+        )
+    range_mm = tag.range_mm
+    if range_mm is not None and range_mm < NEAREST_MM:
+        yield retake(ReasonCode.TOO_NEAR, f"The tag is {range_mm / 10:.0f} cm away: step back.")
+    if range_mm is not None and range_mm > FARTHEST_MM:
+        yield retake(ReasonCode.TOO_FAR, f"The tag is {range_mm / 10:.0f} cm away: go nearer.")
 
 
-def _light(evidence: Evidence) -> Iterator[Reason]:
-    quality = evidence.quality
-    if quality.brightness < LEAST_BRIGHTNESS:
-        yield Reason(ReasonCode.TOO_DARK, "The picture is too dark: did the flash fire?")
-    if quality.saturated_share > MOST_CLIPPED:
-        yield Reason(ReasonCode.OVEREXPOSED, "The picture is overexposed.")
-    if quality.sharpness is not None and quality.sharpness < LEAST_SHARPNESS:
-        yield Reason(ReasonCode.BLURRED, "The picture is blurred: hold still.")
-
-
-def _eyes(evidence: Evidence) -> Iterator[Reason]:
-    left, right = evidence.tag, evidence.right_tag
-    if left is None or left.translation_mm is None:
-        return
-    if right is None:
-        yield Reason(ReasonCode.MISPAIRED, "The right eye does not see the tag.")
-        return
-    match = (left, right)
-    if tag_disparity_px(match) < 0:
-        yield Reason(ReasonCode.SWAPPED_EYES, "Left and right are swapped.")
-        return
-    rows = row_disagreement_px([match]) or 0.0
-    size = abs(tag_size_error(match, evidence.calibration, evidence.tag_size_mm) or 0.0)
-    if rows > MISPAIRED_ROWS_PX or size > MISPAIRED_SIZE:
-        yield Reason(ReasonCode.MISPAIRED, "Left and right are not of the same moment.")
-    elif rows > DRIFT_ROWS_PX or size > DRIFT_SIZE:
-        yield Reason(ReasonCode.CALIBRATION_DRIFT, "The calibration no longer fits the camera.")
-
-
-def _fruit(evidence: Evidence) -> Iterator[Reason]:
+def _fruit(evidence: Evidence, explained: bool) -> Iterator[Finding]:
+    """What is wrong with the cluster; `explained`: why nothing was measured is said already."""
     if evidence.tag is None:
         return
-    target = [f for f in evidence.fruitlets if f.in_target]
-    before = evidence.expectation.fruitlets
-    if not target:
-        if evidence.fruitlets and evidence.quality.depth_share < LEAST_DEPTH:
-            yield Reason(ReasonCode.NO_DEPTH, "The fruitlets' depth could not be measured.")
-        else:
-            yield Reason(ReasonCode.NO_FRUITLETS, "No fruitlets were found beside the tag.")
-        return
-    if any(Flag.CUT_BY_BORDER in f.flags for f in target):
-        yield Reason(ReasonCode.CUT_BY_BORDER, "A fruitlet is cut off by the picture's border.")
-    if all(Flag.NO_DEPTH in f.flags for f in target):
-        yield Reason(ReasonCode.NO_DEPTH, "The fruitlets' depth could not be measured.")
-    if before is not None and len(target) < before:
-        yield Reason(
-            ReasonCode.FEWER_THAN_BEFORE,
-            f"{len(target)} fruitlets; last visit there were {before}.",
+    target, before = evidence.target, evidence.expectation.fruitlets
+    at_border = _at_border(evidence, evidence.tag)
+    if at_border:
+        yield retake(
+            ReasonCode.CUT_BY_BORDER, "The cluster is cut off by the border: aim at its middle."
         )
+    if not target:
+        if not (explained or at_border):
+            yield _nothing(evidence, evidence.tag)
+        return
+    if all(Flag.NO_DEPTH in f.flags for f in target) and not explained:
+        yield NO_DEPTH
+    if before is not None and len(target) < before:
+        text = f"{len(target)} fruitlets, last visit {before}: fallen, or hidden by a leaf?"
+        yield confirm(ReasonCode.FEWER_THAN_BEFORE, text)
 
 
-def _fruit_pixels(image: ImageU8, fruitlets: tuple[Fruitlet, ...]) -> npt.NDArray[np.uint8]:
-    parts = [image[f.mask.region.slices][f.mask.window] for f in fruitlets]
-    return np.concatenate(parts)
+NO_DEPTH = retake(ReasonCode.NO_DEPTH, "No depth was measured: wipe both lenses, take it again.")
 
 
-def _sharpness(image: ImageU8, tag: TagPose) -> float | None:
-    corners = np.array(tag.corners_px)
-    low = np.maximum(np.floor(corners.min(axis=0)).astype(int) - 4, 0)
-    high = np.ceil(corners.max(axis=0)).astype(int) + 5
-    patch = image[low[1] : high[1], low[0] : high[0]].astype(np.float32)
-    if min(patch.shape) < 8:
-        return None
-    contrast = float(np.percentile(patch, 90) - np.percentile(patch, 10))
-    steep = cv2.magnitude(
-        cv2.Scharr(patch, cv2.CV_32F, 1, 0, scale=1 / 32),
-        cv2.Scharr(patch, cv2.CV_32F, 0, 1, scale=1 / 32),
-    )
-    return float(np.percentile(steep, 98)) / max(contrast, 1.0)
+def _nothing(evidence: Evidence, tag: TagPose) -> Finding:
+    near = any(_near(evidence, f, tag) for f in evidence.fruitlets)
+    if near and evidence.quality.depth_share < LEAST_DEPTH:
+        return NO_DEPTH
+    return retake(ReasonCode.NO_FRUITLETS, "No fruitlets were found: aim at the tag's cluster.")
+
+
+def _at_border(evidence: Evidence, tag: TagPose) -> bool:
+    """Whether the tagged cluster touches the border of either eye's picture."""
+    if tag.range_mm is None:
+        return False
+    px_per_mm = evidence.calibration.focal_px / tag.range_mm
+    x, y = tag.center_px
+    tag_border_mm = TAG_BORDER_MM if evidence.target else EMPTY_TAG_BORDER_MM
+    if _border_gap_px(evidence, tag, (x, y, x, y)) < tag_border_mm * px_per_mm:
+        return True
+    own = (f for f in evidence.fruitlets if f.in_target or _near(evidence, f, tag))
+    return any(_border_gap_px(evidence, tag, f.box_px) < BORDER_MM * px_per_mm for f in own)
+
+
+def _near(evidence: Evidence, fruitlet: Fruitlet, tag: TagPose) -> bool:
+    """Whether a fruitlet, of whatever range, may belong to the tag's cluster."""
+    if tag.range_mm is None:
+        return True
+    (u, v), (x, y) = fruitlet.center_px, tag.center_px
+    reach_px = CLUSTER_MM * evidence.calibration.focal_px / tag.range_mm
+    return (u - x) ** 2 + (v - y) ** 2 < reach_px**2
+
+
+def _border_gap_px(
+    evidence: Evidence, tag: TagPose, box_px: tuple[float, float, float, float]
+) -> float:
+    """From a box at the tag's range to the nearest border of the left or the right eye."""
+    camera = evidence.calibration
+    shift = 0.0 if tag.range_mm is None else camera.disparity_px(tag.range_mm)
+    x0, y0, x1, y1 = box_px
+    return min(x0 - shift, y0, camera.width_px - 1 - x1, camera.height_px - 1 - y1)

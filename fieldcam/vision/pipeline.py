@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -35,8 +35,9 @@ from fieldcam.vision.clustering import (
 )
 from fieldcam.vision.covers import covers
 from fieldcam.vision.evidence import Evidence
-from fieldcam.vision.fruitlets import make_fruitlet
-from fieldcam.vision.judging import judge, measure_quality
+from fieldcam.vision.fruitlets import as_trusted, make_fruitlet
+from fieldcam.vision.judging import judge
+from fieldcam.vision.quality import measure_quality
 from fieldcam.vision.raft import RaftMatcher
 from fieldcam.vision.regions import around_tag, whole
 from fieldcam.vision.right_eye import TagReader, find_in_right
@@ -84,7 +85,7 @@ class Pipeline:
         self._read_tags = read_tags
 
     @classmethod
-    def from_models(cls, models: Models) -> Pipeline:
+    def from_models(cls, models: Models) -> Self:
         """The pipeline on the networks of an installation."""
         segmentation, stereo = models.segmentation, models.stereo
         scale = float(segmentation.facts.get("scale", 1.0))
@@ -151,7 +152,7 @@ class Pipeline:
         return ClusterReading(
             tag=tag,
             tags_seen=tuple(t.id for t in tags),
-            fruitlets=fruitlets,
+            fruitlets=as_trusted(fruitlets, verdict),
             verdict=verdict,
             window=window,
             calibration=calibration,

@@ -1,0 +1,95 @@
+"""Whether left and right belong together: eyes in order, of one moment, as calibrated.
+
+A drift cannot be cured by another picture, but nothing measured with it can be
+trusted: a small one asks for a look, a large one stops the walk (RETAKE).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fieldcam.calibration.drift import row_disagreement_px, tag_disparity_px, tag_size_error
+from fieldcam.values import ReasonCode, TagPose
+from fieldcam.vision.evidence import Evidence
+from fieldcam.vision.findings import FARTHEST_MM, NEAREST_MM, Finding, confirm, retake
+
+TAG_SIZE_BIAS = -0.0055
+"""White grows into black by the camera's gamma, also with a perfect calibration."""
+BLEEDING = 0.015
+"""How much farther it grows in bright or soft pictures; the tag then looks smaller."""
+DRIFT_ROWS_PX, BAD_DRIFT_ROWS_PX = 1.2, 2.0
+DRIFT_SIZE, BAD_DRIFT_SIZE = 0.02, 0.03
+"""Above the first a reading can be looked at, above the second it cannot be trusted."""
+MOVED_SIZE = 0.015
+"""With rows that are off as well, the camera moved between the eyes' pictures."""
+MISPAIRED_ROWS_PX = 8.0
+"""A quarter of a degree: a mount that gave way by more would have come off."""
+MISPAIRED_SIZE = 0.08
+LEAST_MATCHES = 6
+LEAST_FOUND = 0.4
+"""Share of spots found again: below it the eyes show different things."""
+SWAPPED_SHARE = 0.7
+MISPAIRED_SPREAD_PX = 4.0
+
+SWAPPED = retake(ReasonCode.SWAPPED_EYES, "Left and right are swapped: check cables and names.")
+MISPAIRED = retake(
+    ReasonCode.MISPAIRED, "Left and right are not of the same moment: take it again."
+)
+DRIFT_TEXT = "The eyes have moved against each other: have the camera calibrated."
+
+
+def judge_eyes(evidence: Evidence, spoiled: bool) -> Iterator[Finding]:
+    """Whether both eyes show one moment, as calibrated; `spoiled`: too bad to tell from spots."""
+    if evidence.tag is not None and evidence.right_tag is not None:
+        match = (evidence.tag, evidence.right_tag)
+        if tag_disparity_px(match) < 0:
+            yield SWAPPED
+        elif _in_range(evidence.tag):
+            # Bleeding light and smeared edges move the tag's corners by themselves.
+            found = _eyes_by_tag(evidence, match)
+            yield from (f for f in found if f is MISPAIRED or not spoiled)
+    elif not spoiled:
+        yield from _eyes_by_spots(evidence)
+
+
+def _in_range(tag: TagPose) -> bool:
+    """Whether the tag is where its corners were found to be exact enough."""
+    return tag.range_mm is not None and NEAREST_MM <= tag.range_mm <= FARTHEST_MM
+
+
+def _eyes_by_tag(evidence: Evidence, match: tuple[TagPose, TagPose]) -> Iterator[Finding]:
+    rows_px = row_disagreement_px([match]) or 0.0
+    error = tag_size_error(match, evidence.calibration, evidence.tag_size_mm)
+    size = size_off(error)
+    resized = error is None or abs(error - TAG_SIZE_BIAS) > MOVED_SIZE
+    moved = resized or evidence.quality.eyes.nearer_is_farther_off
+    far_off = rows_px > MISPAIRED_ROWS_PX or size > MISPAIRED_SIZE
+    if far_off or (rows_px > DRIFT_ROWS_PX and moved):
+        yield MISPAIRED
+    elif rows_px > BAD_DRIFT_ROWS_PX or size > BAD_DRIFT_SIZE:
+        yield retake(ReasonCode.CALIBRATION_DRIFT, DRIFT_TEXT)
+    elif rows_px > DRIFT_ROWS_PX or size > DRIFT_SIZE:
+        yield confirm(ReasonCode.CALIBRATION_DRIFT, DRIFT_TEXT)
+
+
+def size_off(size_error: float | None) -> float:
+    """How far the tag's triangulated size is off, less what bleeding light explains."""
+    if size_error is None:
+        return 1.0
+    off = size_error - TAG_SIZE_BIAS
+    return off if off > 0 else max(-off - BLEEDING, 0.0)
+
+
+def _eyes_by_spots(evidence: Evidence) -> Iterator[Finding]:
+    eyes = evidence.quality.eyes
+    if eyes.looked_for < LEAST_MATCHES:
+        return
+    if eyes.found_share < LEAST_FOUND or eyes.rows_px is None or eyes.rows_spread_px is None:
+        yield MISPAIRED
+    elif eyes.swapped_share > SWAPPED_SHARE:
+        yield SWAPPED
+    elif abs(eyes.rows_px) > MISPAIRED_ROWS_PX or eyes.rows_spread_px > MISPAIRED_SPREAD_PX:
+        yield MISPAIRED
+    elif abs(eyes.rows_px) > BAD_DRIFT_ROWS_PX:
+        nearer = eyes.nearer_is_farther_off
+        yield MISPAIRED if nearer else retake(ReasonCode.CALIBRATION_DRIFT, DRIFT_TEXT)
