@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -28,6 +29,19 @@ THREADS = 2
 Arrays = Mapping[str, npt.NDArray[Any]]
 
 
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """Names that a graph must have; it may give more outputs than these."""
+
+    inputs: frozenset[str]
+    outputs: frozenset[str]
+
+    def fits(self, session: onnxruntime.InferenceSession) -> bool:
+        inputs = {each.name for each in session.get_inputs()}
+        outputs = {each.name for each in session.get_outputs()}
+        return self.inputs == inputs and self.outputs <= outputs
+
+
 class Network(Protocol):
     """Something that turns named arrays into named arrays."""
 
@@ -39,8 +53,9 @@ class Network(Protocol):
 class OnnxModel:
     """One network in one file; the file is opened on the first run."""
 
-    def __init__(self, path: Path, threads: int = THREADS) -> None:
+    def __init__(self, path: Path, signature: Signature, threads: int = THREADS) -> None:
         self.path = path
+        self._signature = signature
         self._threads = threads
 
     def run(self, inputs: Arrays) -> dict[str, npt.NDArray[Any]]:
@@ -60,6 +75,17 @@ class OnnxModel:
                 f"The network {self.path.name} is not at {self.path.parent}.",
                 "Run `fieldcam models verify` to see which files are missing.",
             )
+        session = self._open()
+        if not self._signature.fits(session):
+            raise ModelMissing(
+                f"{self.path.name} is a network for something else: "
+                f"it must take {_listed(self._signature.inputs)} "
+                f"and give {_listed(self._signature.outputs)}.",
+                "Add the right file with `fieldcam models add`.",
+            )
+        return session
+
+    def _open(self) -> onnxruntime.InferenceSession:
         try:
             return onnxruntime.InferenceSession(
                 str(self.path), _options(self._threads), providers=["CPUExecutionProvider"]
@@ -76,6 +102,10 @@ class OnnxModel:
                 f"{self.path.name} is not a network that this version can run.",
                 "Run `fieldcam models verify`; if the file was added by hand, export it again.",
             ) from error
+
+
+def _listed(names: frozenset[str]) -> str:
+    return ", ".join(sorted(names))
 
 
 def _options(threads: int) -> onnxruntime.SessionOptions:

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from fieldcam.values import BoolMask, FloatMap, ImageU8
-from fieldcam.vision.onnx_session import Network, OnnxModel, network_image
+from fieldcam.vision.onnx_session import Network, OnnxModel, Signature, network_image
 from fieldcam.vision.stereo import resized
 
+SIGNATURE = Signature(frozenset({"left", "right"}), frozenset({"disparity", "confidence"}))
 COARSEST = 0.125
 FINEST = 2.0
 """Limits of the resolution that a window may ask for."""
@@ -35,7 +36,7 @@ class RaftMatcher:
         cls, path: Path, network_search_px: float, multiple: int, scale: float = 0.5
     ) -> RaftMatcher:
         """A matcher for a network's file and what the manifest says about it."""
-        return cls(OnnxModel(path), network_search_px, multiple, scale)
+        return cls(OnnxModel(path, SIGNATURE), network_search_px, multiple, scale)
 
     @property
     def scale(self) -> float:

@@ -18,8 +18,11 @@ import numpy as np
 import numpy.typing as npt
 
 from fieldcam.values import FloatMap, ImageU8, Instance, Mask, Region
-from fieldcam.vision.onnx_session import Network, OnnxModel, network_image
+from fieldcam.vision.onnx_session import Network, OnnxModel, Signature, network_image
 
+SIGNATURE = Signature(
+    frozenset({"image"}), frozenset({"boxes", "scores", "mask_boxes", "mask_logits"})
+)
 SCORE_THRESHOLD = 0.4
 """The authors' score threshold at inference."""
 MIN_AREA_PX = 30
@@ -47,7 +50,7 @@ class Segmenter:
         model: Network | None = None,
     ) -> None:
         self.score_threshold = score_threshold
-        self._model = model or OnnxModel(path)
+        self._model = model or OnnxModel(path, SIGNATURE)
         self._scale = scale
 
     def warm_up(self) -> None:
