@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from export.drawn_backdrops import Distance, draw_backdrop
 from export.drawn_objects import (
     F32,
     Colour,
@@ -113,7 +114,7 @@ class Scene:
 def _light(daylight: bool, rng: np.random.Generator) -> Light:
     tilt = rng.uniform(0.3, 1.1) if daylight else rng.uniform(0.0, 0.35)
     side = rng.uniform(0, 2 * np.pi) if not daylight else rng.normal(-np.pi / 2, 0.9)
-    ambient = rng.uniform(0.25, 0.8) if daylight else rng.uniform(0.05, 0.35)
+    ambient = rng.uniform(0.3, 0.95) if daylight else rng.uniform(0.05, 0.35)
     return Light(
         float(np.sin(tilt) * np.cos(side)),
         float(np.sin(tilt) * np.sin(side)),
@@ -133,7 +134,7 @@ def random_scene(rng: np.random.Generator) -> Scene:
         hue=hue,
         saturation=float(rng.uniform(0.25, 0.8) * grey),
         value=float(rng.uniform(0.45, 1.0)),
-        blush=float(rng.uniform(0, 0.9) if rng.random() < 0.35 else 0.0),
+        blush=float(rng.uniform(0, 0.9) if rng.random() < (0.5 if daylight else 0.3) else 0.0),
         gloss=float(rng.uniform(0.0, 0.6)),
         roughness=float(np.exp(rng.uniform(2.0, 5.0))),
     )
@@ -159,40 +160,9 @@ def _leaf_colour(scene: Scene, dim: float, rng: np.random.Generator) -> Colour:
     )
 
 
-def _backdrop(scene: Scene, rng: np.random.Generator) -> F32:
-    """Sky, soil or darkness with blurred foliage."""
-    side = WINDOW_PX
-    base = _leaf_colour(scene, 0.6 if scene.daylight else 0.12, rng)
-    if scene.daylight and rng.random() < 0.35:
-        base = rgb_of(rng.uniform(20, 230), rng.uniform(0, 0.4), rng.uniform(0.4, 1.0))
-    cells = rng.standard_normal((12, 12, 1), dtype=np.float32) * 0.5 + 1.0
-    tone = cv2.resize(cells, (side, side), interpolation=cv2.INTER_CUBIC)[..., None]
-    canvas = Canvas(
-        (base * np.clip(tone, 0.1, 3)).astype(np.float32), np.zeros((side,) * 2, np.uint8)
-    )
-    for _ in range(int(rng.integers(5, 45))):
-        _paint_far(canvas, scene, rng)
-    sigma = float(rng.uniform(0.8, 9.0))
-    return np.asarray(cv2.GaussianBlur(canvas.image, (0, 0), sigma), dtype=np.float32)
-
-
 def _spot(rng: np.random.Generator) -> tuple[float, float]:
     x, y = rng.uniform(-30, WINDOW_PX + 30, 2)
     return float(x), float(y)
-
-
-def _paint_far(canvas: Canvas, scene: Scene, rng: np.random.Generator) -> None:
-    """Something out of focus behind everything: a leaf or a round gap of light."""
-    if rng.random() < 0.15:
-        radius = rng.uniform(5, 40)
-        bright = rng.uniform(0.3, 1.0) if scene.daylight else rng.uniform(0.02, 0.2)
-        colour = rgb_of(rng.uniform(40, 220), rng.uniform(0, 0.4), bright)
-        x, y = _spot(rng)
-        centre = (int(x), int(y))
-        cv2.circle(canvas.image, centre, int(radius), colour.tolist(), -1, cv2.LINE_AA)
-        return
-    dim = rng.uniform(0.2, 1.1) if scene.daylight else rng.uniform(0.03, 0.35)
-    canvas.paint(draw_leaf(_spot(rng), rng.uniform(30, 220), _leaf_colour(scene, dim, rng), rng))
 
 
 def _paint_leaf(canvas: Canvas, scene: Scene, rng: np.random.Generator) -> None:
@@ -236,7 +206,7 @@ def _one_look(scene: Scene, rng: np.random.Generator) -> FruitLook:
     return FruitLook(
         base.hue + float(rng.normal(0, 5)),
         float(np.clip(base.saturation * rng.uniform(0.8, 1.2), 0, 1)),
-        float(np.clip(base.value * rng.uniform(0.7, 1.15), 0.1, 1)),
+        float(np.clip(base.value * rng.uniform(0.45 if scene.daylight else 0.7, 1.15), 0.1, 1)),
         base.blush * float(rng.uniform(0.4, 1.2)),
         base.gloss,
         base.roughness,
@@ -282,15 +252,17 @@ def _paint_sepals(
 def draw_window(rng: np.random.Generator) -> Window:
     """One random window."""
     scene = random_scene(rng)
-    canvas = Canvas(_backdrop(scene, rng), np.zeros((WINDOW_PX,) * 2, np.uint8))
-    leaves = int(rng.integers(3, 55 if scene.daylight else 30))
+    distance = Distance.draw(scene.daylight, scene.leaf_hue, rng)
+    backdrop = draw_backdrop(WINDOW_PX, distance, rng)
+    canvas = Canvas(backdrop, np.zeros((WINDOW_PX,) * 2, np.uint8))
+    leaves = int(rng.integers(3, 110 if scene.daylight else 40))
     for _ in range(leaves):
         _paint_leaf(canvas, scene, rng)
     for _ in range(int(rng.integers(0, 5))):
         _paint_twig(canvas, scene, rng)
     if rng.random() < 0.3:
         canvas.paint(draw_card(_spot(rng), float(rng.uniform(60, 170)), rng))
-    between = rng.uniform(0, 0.35)
+    between = rng.uniform(0, 0.5)
     for spot in _fruit_spots(scene, rng):
         _paint_fruit(canvas, spot, scene, rng)
         if rng.random() < between:

@@ -127,7 +127,8 @@ def draw_fruit(
     nx = along * np.cos(angle) - across * np.sin(angle)
     ny = along * np.sin(angle) + across * np.cos(angle)
     lit = np.clip(nx * light.x + ny * light.y + height * light.z, 0, 1)
-    shade = light.ambient * (0.55 + 0.45 * height) + (1 - light.ambient) * lit
+    rim = rng.uniform(0.45, 0.95)
+    shade = light.ambient * (rim + (1 - rim) * height) + (1 - light.ambient) * lit
     base = _skin(alpha.shape, along, across, look, rng)
     colour = base * shade[..., None]
     half = np.array([light.x, light.y, light.z + 1.0])

@@ -41,6 +41,7 @@ from export.segmentation_quality import Quality, measure
 from export.segmentation_state import (
     Progress,
     averaged_copy,
+    load_weights,
     save_atomically,
     save_weights,
     update_average,
@@ -74,6 +75,8 @@ class Recipe:
     measure_every_s: float = 480.0
     measured_windows: int = 30
     max_steps: int | None = None
+    start: Path | None = None
+    """Weights of an earlier run to begin with, in place of random ones."""
 
     def about(self) -> dict[str, Any]:
         """Plain values for the log and the manifest; no paths."""
@@ -83,6 +86,7 @@ class Recipe:
             "batch": self.batch,
             "crop": asdict(self.crop),
             "drawn_share": self.drawn_share,
+            "started_from": load_weights(self.start)[1] if self.start else None,
             "stage_one_share": STAGE_ONE_SHARE,
             "rates": [BOX_RATE, MASK_RATE, BACKBONE_RATE_IN_STAGE_TWO],
             "weight_decay": WEIGHT_DECAY,
@@ -133,8 +137,8 @@ class Run:
         self.recipe = recipe
         self.progress = Progress()
         torch.manual_seed(recipe.seed)
-        model = FruitletMaskRCNN(recipe.shape)
-        self.model = model.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        fresh = load_weights(recipe.start)[0] if recipe.start else FruitletMaskRCNN(recipe.shape)
+        self.model = fresh.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.average = averaged_copy(self.model)
         self.optimizer = build_optimizer(self.model, 1)
         self.checkpoint = recipe.out / "last.pt"
@@ -273,6 +277,7 @@ def parse(argv: list[str] | None) -> Recipe:
     parser.add_argument("--crop", type=int, default=320)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--drawn-share", type=float, default=0.35)
+    parser.add_argument("--start", type=Path, help="weights of an earlier run to begin with")
     options = parser.parse_args(argv)
     return Recipe(
         rendered=options.data,
@@ -283,6 +288,7 @@ def parse(argv: list[str] | None) -> Recipe:
         batch=options.batch,
         threads=options.threads,
         drawn_share=options.drawn_share,
+        start=options.start,
         crop=CropSettings(size_px=options.crop),
     )
 

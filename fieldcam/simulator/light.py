@@ -110,8 +110,8 @@ class Light:
 
 
 def _backdrop(rng: np.random.Generator, daylight: float) -> F32:
-    """Blurred trees, sky and grass far away: dark at night, bright by day."""
-    side = 160
+    """Far trees, sky and grass: dark at night, bright by day; blurred, more or less."""
+    side = 400
     layers = np.zeros((side, side, 1), np.float32)
     for cells, weight in ((4, 1.0), (9, 0.7), (22, 0.5), (50, 0.3)):
         coarse = rng.normal(0, weight, (cells, cells)).astype(np.float32)
@@ -119,6 +119,23 @@ def _backdrop(rng: np.random.Generator, daylight: float) -> F32:
     leaves = np.array([0.16, 0.22, 0.10], np.float32) * np.exp(rng.normal(0, 0.25, 3))
     sky = np.array([0.75, 0.85, 1.0], np.float32) * rng.uniform(0.5, 1.6)
     open_sky = 1 / (1 + np.exp(-6 * (layers - rng.uniform(0.2, 2.5))))
-    scene = leaves * np.exp(0.35 * layers) * (1 - open_sky) + sky * open_sky
+    scene = (leaves * np.exp(0.35 * layers) * (1 - open_sky) + sky * open_sky).astype(np.float32)
+    _dab(rng, scene, leaves, int(rng.choice([0, 400, 2500])), (1.5, 6.0))
+    _dab(rng, scene, leaves + 0.25 * sky, int(rng.integers(0, 80)), (0.7, 3.0))
+    scene = cv2.GaussianBlur(scene, (0, 0), float(rng.uniform(0.4, 4.0)))
     brightness = daylight * rng.uniform(0.5, 2.0) + rng.uniform(0, 0.01)
     return np.asarray(scene * brightness, np.float32)
+
+
+def _dab(
+    rng: np.random.Generator, scene: F32, color: F32, count: int, sizes_px: tuple[float, float]
+) -> None:
+    """Far leaves and specks of light on a backdrop."""
+    places = rng.uniform(0, scene.shape[0], (count, 2)).astype(np.int32)
+    halves = rng.uniform(*sizes_px, (count, 2)).round().astype(np.int32)
+    colors = color * np.exp(rng.normal(0, 0.6, (count, 1)) + rng.normal(0, 0.15, (count, 3)))
+    turns = rng.uniform(0, 180, count)
+    for place, half, turn, paint in zip(
+        places.tolist(), halves.tolist(), turns.tolist(), colors.tolist(), strict=True
+    ):
+        cv2.ellipse(scene, place, half, turn, 0, 360, paint, -1, cv2.LINE_AA)

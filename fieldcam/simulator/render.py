@@ -104,7 +104,7 @@ class Renderer:
         for eye_x_mm in eyes_x_mm:
             eye = np.array([eye_x_mm, 0, 0], np.float32)
             hits = self.caster.first_hits(eye, points - eye)
-            first = hits.triangle[hits.found & (hits.distance < 0.995)]
+            first = hits.triangle[hits.found & (hits.distance < 0.9995)]
             green = first[np.isin(self.soup.part[first], (Part.LEAF, Part.STEM))]
             hiding |= set(self.soup.thing[green].tolist())
         return hiding

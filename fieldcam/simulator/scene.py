@@ -163,7 +163,7 @@ def _tag_home(plan: ClusterPlan) -> F32:
 
 
 def _clutter(rng: np.random.Generator, style: Style) -> list[Mesh]:
-    """The twig that carries the spur, loose leaves, branches and maybe the trunk."""
+    """The twig that carries the spur, leaves near and far, branches and maybe the trunk."""
     wood = spur.rgb(style.wood)
     back = np.array([rng.normal(0, 60), rng.normal(0, 40), rng.uniform(20, 70)], np.float32)
     meshes = [_limb(np.zeros(3, np.float32), back, 2.2, 4.0, wood)]
@@ -172,6 +172,9 @@ def _clutter(rng: np.random.Generator, style: Style) -> list[Mesh]:
     for _ in range(int(rng.integers(20, 130))):
         foot = np.array([rng.normal(0, 140), rng.normal(0, 110), rng.uniform(15, 240)], np.float32)
         meshes.append(spur.blade(rng, style, foot, _direction(rng), rng.uniform(0.8, 1.4)))
+    for _ in range(int(rng.choice([0, 40, 160]))):
+        foot = np.array([*rng.normal(0, 260, 2), rng.uniform(240, 800)], np.float32)
+        meshes.append(spur.blade(rng, style, foot, _direction(rng), rng.uniform(0.8, 2.0)))
     for _ in range(int(rng.integers(0, 4))):
         foot = np.array([rng.normal(0, 60), rng.normal(0, 60), rng.uniform(-70, -25)], np.float32)
         if np.hypot(foot[0], foot[1]) > 45:
