@@ -35,7 +35,7 @@ evaluate: $(VENV)/.demo-ready
 	$(BIN)/python -m export.evaluate
 
 fuzz: $(VENV)/.test-ready
-	HYPOTHESIS_PROFILE=fuzz $(BIN)/python -m pytest -m 'slow or not slow' -k fuzz $(PYTEST_ARGS)
+	HYPOTHESIS_PROFILE=fuzz $(BIN)/python -m pytest -m 'slow or not slow' -k fuzz --ignore tests/export $(PYTEST_ARGS)
 
 clean:
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -57,13 +57,20 @@ class Outcome:
     partners: tuple[int | None, ...]
     """For each reading in the target: the true fruitlet's index."""
 
+    @classmethod
+    def of(cls, folder: Path, report: Json) -> Outcome:
+        """What `fieldcam size --json` says about a rendered pair's folder, beside its truth."""
+        truth = read_truth(folder)
+        return cls(folder.name, truth, report, _partners(report, truth))
+
     @property
-    def errors_mm(self) -> list[float]:
-        return [
-            f["diameter_mm"] - self.truth["fruitlets"][k]["diameter_mm"]
+    def errors_mm(self) -> dict[int, float]:
+        """By the true fruitlet's index."""
+        return {
+            k: f["diameter_mm"] - self.truth["fruitlets"][k]["diameter_mm"]
             for f, k in zip(self.target, self.partners, strict=True)
             if f["diameter_mm"] is not None and k is not None
-        ]
+        }
 
     @property
     def target(self) -> list[Json]:
@@ -72,14 +79,6 @@ class Outcome:
     @property
     def foreign(self) -> int:
         return sum(k is None or not self.truth["fruitlets"][k]["in_target"] for k in self.partners)
-
-    @property
-    def sized(self) -> set[int]:
-        return {
-            k
-            for f, k in zip(self.target, self.partners, strict=True)
-            if k is not None and f["diameter_mm"] is not None
-        }
 
     @property
     def target_right(self) -> bool:
@@ -94,9 +93,9 @@ def measure(folder: Path, extra: Sequence[str]) -> list[Outcome]:
 
 def figures(outcomes: Sequence[Outcome]) -> Figures:
     """Sum up; every size given out counts, whatever its fruitlet's visibility."""
-    errors = np.array([e for o in outcomes for e in o.errors_mm])
+    errors = np.array([e for o in outcomes for e in o.errors_mm.values()])
     living = [
-        (f["visible_fraction"] >= WELL_VISIBLE, k in o.sized)
+        (f["visible_fraction"] >= WELL_VISIBLE, k in o.errors_mm)
         for o in outcomes
         for k, f in enumerate(o.truth["fruitlets"])
         if f["in_target"]
@@ -122,8 +121,14 @@ def figures(outcomes: Sequence[Outcome]) -> Figures:
     )
 
 
+def read_truth(folder: Path) -> Json:
+    """What `render_orchard` wrote about a pair."""
+    truth: Json = json.loads((folder / "truth.json").read_text())
+    return truth
+
+
 def _outcome(folder: Path, extra: Sequence[str]) -> Outcome:
-    truth = json.loads((folder / "truth.json").read_text())
+    truth = read_truth(folder)
     argv = ["size", str(folder / "left.png"), str(folder / "right.png"), "--json"]
     argv += ["--calibration", str(folder / "calibration.yml"), "--tag", str(truth["tag"]), *extra]
     printed = io.StringIO()
@@ -131,8 +136,7 @@ def _outcome(folder: Path, extra: Sequence[str]) -> Outcome:
         status = fieldcam(argv)
     if status != 0:
         raise SystemExit(f"fieldcam size failed with {status} on {folder}")
-    report = json.loads(printed.getvalue())
-    return Outcome(folder.name, truth, report, _partners(report, truth))
+    return Outcome.of(folder, json.loads(printed.getvalue()))
 
 
 def _partners(report: Json, truth: Json) -> tuple[int | None, ...]:
@@ -177,7 +181,7 @@ def main() -> None:
         for o in outcomes:
             status = o.report["verdict"]["status"]
             codes = [r["code"] for r in o.report["verdict"]["reasons"]]
-            rounded = [round(e, 2) for e in o.errors_mm]
+            rounded = [round(e, 2) for e in o.errors_mm.values()]
             sys.stderr.write(f"{o.name} {status} {codes} foreign={o.foreign} {rounded}\n")
     counted = Counter(r["code"] for o in outcomes for r in o.report["verdict"]["reasons"])
     sys.stdout.write(json.dumps(asdict(figures(outcomes)) | {"reasons": counted}, indent=1) + "\n")

@@ -1,17 +1,26 @@
-"""What several test files share: the folder of real cases, and how many tests used it."""
+"""What several test files share: the folder of real cases, and what was measured on it."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# How long an example takes says more about the machine than about the code.
+settings.register_profile("checks", deadline=None, max_examples=150)
+settings.register_profile(
+    "fuzz", deadline=None, max_examples=5000, suppress_health_check=list(HealthCheck)
+)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "checks"))
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
 
 RAN = pytest.StashKey[int]()
 SKIPPED = pytest.StashKey[int]()
+MEASURED = pytest.StashKey[list[str]]()
 
 
 @pytest.fixture(scope="session")
@@ -25,8 +34,15 @@ def real() -> Path:
     pytest.skip(reason)
 
 
+@pytest.fixture
+def note(request: pytest.FixtureRequest) -> Callable[[str], None]:
+    """Takes a line that is printed after all tests, whether they passed or not."""
+    return request.config.stash[MEASURED].append
+
+
 def pytest_configure(config: pytest.Config) -> None:
     config.stash[RAN] = config.stash[SKIPPED] = 0
+    config.stash[MEASURED] = []
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -52,5 +68,7 @@ def pytest_runtest_makereport(
 def pytest_terminal_summary(
     terminalreporter: pytest.TerminalReporter, config: pytest.Config
 ) -> None:
+    for line in config.stash[MEASURED]:
+        terminalreporter.write_line(f"Measured: {line}")
     ran, skipped = config.stash[RAN], config.stash[SKIPPED]
     terminalreporter.write_line(f"Tests on real input: {ran} ran, {skipped} skipped.")

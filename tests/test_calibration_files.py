@@ -267,7 +267,7 @@ def test_swapped_files_of_the_eyes_are_refused(tmp_path: Path) -> None:
 
 MUTATIONS = [b"", b"-", b"[", b"&a ", b"*a", b"!!int ", b"9e999", b".Nan", b"{", b"\x00"]
 
-FUZZ = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+FUZZ = settings(suppress_health_check=list(HealthCheck))
 
 
 def assert_read_or_refused(path: Path) -> None:
@@ -280,14 +280,16 @@ def assert_read_or_refused(path: Path) -> None:
 
 @FUZZ
 @given(content=st.binary(max_size=300))
-def test_random_bytes_are_read_or_refused(tmp_path: Path, content: bytes) -> None:
+def test_fuzz_random_bytes_are_read_or_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "f.yml").write_bytes(content)
     assert_read_or_refused(tmp_path / "f.yml")
 
 
 @FUZZ
 @given(data=st.data(), which=st.sampled_from(["A", "B", "opencv"]))
-def test_mutated_files_are_read_or_refused(tmp_path: Path, data: st.DataObject, which: str) -> None:
+def test_fuzz_mutated_files_are_read_or_refused(
+    tmp_path: Path, data: st.DataObject, which: str
+) -> None:
     path = tmp_path / "f.yml"
     if which == "opencv":
         intrinsics, extrinsics = opencv_parts()

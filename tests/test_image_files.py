@@ -166,14 +166,14 @@ MUTATIONS: dict[str, Mutation] = {
 }
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(suppress_health_check=list(HealthCheck))
 @given(
     content=st.sampled_from([PNG, JPEG, PPM, encode(".pgm", GREY)]),
     mutation=st.sampled_from(sorted(MUTATIONS)),
     share=st.floats(0, 1, exclude_max=True),
     value=st.integers(0, 255),
 )
-def test_damaged_images_are_read_or_refused(
+def test_fuzz_damaged_images_are_read_or_refused(
     tmp_path: Path, content: bytes, mutation: str, share: float, value: int
 ) -> None:
     damaged = MUTATIONS[mutation](content, int(share * len(content)), value)
@@ -187,9 +187,9 @@ def test_damaged_images_are_read_or_refused(
         assert damaged[-2:] == content[-2:], "a cut image was read"
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(suppress_health_check=list(HealthCheck))
 @given(head=st.sampled_from([b"", PNG[:33], JPEG[:2], b"P6\n3 4\n255\n"]), tail=st.binary())
-def test_random_bytes_are_read_or_refused(tmp_path: Path, head: bytes, tail: bytes) -> None:
+def test_fuzz_random_bytes_are_read_or_refused(tmp_path: Path, head: bytes, tail: bytes) -> None:
     try:
         assert read_image(saved(tmp_path, head + tail)).ndim == 3
     except ImageUnreadable as error:

@@ -263,9 +263,10 @@ def with_change(place: tuple[str | int, ...], value: object) -> dict[str, Any]:
     return document
 
 
-@settings(max_examples=400, deadline=None)
 @given(place=st.sampled_from(PLACES), value=st.sampled_from(ODD))
-def test_a_changed_document_is_read_or_refused(place: tuple[str | int, ...], value: object) -> None:
+def test_fuzz_a_changed_document_is_read_or_refused(
+    place: tuple[str | int, ...], value: object
+) -> None:
     try:
         reading = decode_reading(with_change(place, value))
     except ReadingInvalid as error:
@@ -274,9 +275,8 @@ def test_a_changed_document_is_read_or_refused(place: tuple[str | int, ...], val
         dump_reading(reading)
 
 
-@settings(max_examples=200, deadline=None)
 @given(place=st.integers(0, 10**6), length=st.integers(0, 40), insert=st.text(max_size=3))
-def test_damaged_text_is_read_or_refused(place: int, length: int, insert: str) -> None:
+def test_fuzz_damaged_text_is_read_or_refused(place: int, length: int, insert: str) -> None:
     text = dump_reading(make_reading())
     start = place % len(text)
     try:

@@ -1,7 +1,8 @@
-"""SGBM on the Middlebury 2003 pairs: real texture, real occlusions, true disparity."""
+"""Both matchers on the Middlebury 2003 pairs: real texture, real occlusions, true disparity."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +11,19 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from fieldcam.values import BoolMask, StereoPair
+from fieldcam.cli.networks import checked_models, open_raft
+from fieldcam.values import BoolMask, FloatMap, Matcher, StereoPair
 from fieldcam.vision.sgbm import SgbmMatcher
-from fieldcam.vision.stereo import match_whole
+from fieldcam.vision.stereo import StereoMatcher, match_whole
 
 BOUND = 64
+# Error in px, share over 3 px or unknown: of all pixels with truth, then of those
+# that both eyes see, right of the search border. Measured on the worse pair:
+# SGBM 0.66 and 16 %, 0.53 and 7.5 %; the network 0.95 and 19 %, 0.86 and 10 %.
+LIMITS = {
+    Matcher.SGBM: ((0.80, 0.20), (0.65, 0.09)),
+    Matcher.RAFT: ((1.05, 0.21), (0.95, 0.12)),
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,21 +48,52 @@ def _image(path: Path) -> npt.NDArray[np.uint8]:
     return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), np.uint8)
 
 
+@dataclass(frozen=True, slots=True)
+class Accuracy:
+    """End-point error in px of the known pixels, and what is over 3 px or unknown of all."""
+
+    error_px: float
+    over_share: float
+    unknown_share: float
+
+    @classmethod
+    def of(cls, found: FloatMap, truth: Truth, pixels: BoolMask) -> Accuracy:
+        error = np.abs(found - truth.disparity_px)[pixels]
+        return cls(
+            float(np.nanmean(error)), float((error > 3).mean()), float(np.isnan(error).mean())
+        )
+
+    def __str__(self) -> str:
+        return (
+            f"error {self.error_px:.2f} px, {self.over_share:.1%} over 3 px, "
+            f"{self.unknown_share:.1%} unknown"
+        )
+
+    def within(self, error_px: float, bad_share: float) -> bool:
+        """Unknown counts as bad, so that saying nothing improves one figure only."""
+        return self.error_px < error_px and self.over_share + self.unknown_share < bad_share
+
+
+def matcher(name: Matcher, no_data: Path) -> StereoMatcher:
+    return SgbmMatcher() if name is Matcher.SGBM else open_raft(checked_models(no_data))
+
+
 @pytest.mark.real
 @pytest.mark.parametrize("scene", ["Cones", "Teddy"])
-def test_sgbm_error_on_middlebury(real: Path, scene: str) -> None:
+@pytest.mark.parametrize("name", Matcher)
+def test_error_on_middlebury(
+    real: Path, name: Matcher, scene: str, tmp_path: Path, note: Callable[[str], None]
+) -> None:
     truth = read(real / "stereo" / f"middlebury2003_{scene}")
-    found = match_whole(truth.pair, SgbmMatcher(), BOUND).disparity_px
-    error = np.abs(found - truth.disparity_px)
+    found = match_whole(truth.pair, matcher(name, tmp_path), BOUND).disparity_px
     given = np.isfinite(truth.disparity_px)
     clear = given & truth.in_both & (np.arange(found.shape[1]) >= BOUND)[None, :]
+    everywhere, in_both = (Accuracy.of(found, truth, pixels) for pixels in (given, clear))
+    note(f"Middlebury {scene}, {name}: all pixels {everywhere}; seen by both eyes {in_both}")
 
     assert found.shape == truth.disparity_px.shape
-    assert np.nanmean(error[given]) < 0.8
-    assert np.nanmean(error[clear]) < 0.65
-    # Unknown counts as bad here.
-    assert 1 - (error[given] <= 3).mean() < 0.20
-    assert 1 - (error[clear] <= 3).mean() < 0.09
+    assert everywhere.within(*LIMITS[name][0])
+    assert in_both.within(*LIMITS[name][1])
 
 
 @pytest.mark.real
