@@ -102,7 +102,7 @@ def _window(
         whole[k][place] = fruitlet.whole.window
     return Window(
         pictures[0], pictures[1], offset, disparity(renderer, left),
-        matched(renderer, left, 0.0, calibration.baseline_mm), labels, whole,
+        matched(renderer, left, right, 0.0, calibration.baseline_mm), labels, whole,
         np.array([f.diameter_mm for f in fruitlets], np.float32),
     )  # fmt: skip
 

@@ -93,8 +93,13 @@ def test_disparity_finds_the_same_surface_in_the_other_eye(
     renderer: Renderer, left: EyeView
 ) -> None:
     d = disparity(renderer, left)
-    seen = matched(renderer, left, 0.0, CALIBRATION.baseline_mm)
     whole_right = Region(0, WINDOW.y0, CALIBRATION.width_px, WINDOW.y1)
+    right = renderer.view(CALIBRATION.baseline_mm, whole_right)
+    seen = matched(renderer, left, right, 0.0, CALIBRATION.baseline_mm)
+    by_rays = np.zeros_like(seen)
+    found = np.isfinite(left.depth_mm)
+    by_rays[found] = renderer.seen_from(renderer.points_mm(left)[found], CALIBRATION.baseline_mm)
+    assert (seen == by_rays).mean() > 0.999
     right_depth, right_fruit = renderer.geometry(CALIBRATION.baseline_mm, whole_right)
     inner = cv2.erode((left.fruitlet >= 0).astype(np.uint8), np.ones((5, 5))).astype(bool) & seen
     rows, columns = np.nonzero(inner)

@@ -16,6 +16,7 @@ from fieldcam.simulator.plan import Block, ClusterPlan
 from fieldcam.simulator.render import EyeView, Pose, Renderer
 from fieldcam.simulator.scene import Scene, build_scene, with_covered_tag
 from fieldcam.simulator.sensor import Sensor
+from fieldcam.simulator.sightline import leaves_before_tag
 from fieldcam.simulator.truth import Truth, disparity, matched, true_fruitlets
 from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair, Region, StereoPair
 
@@ -94,10 +95,10 @@ def look(block: Block, cluster_index: int, day: float, view: int, faults: Faults
     scene = build_scene(plan, day)
     framing = faults if faults.kind in FRAMING else Faults()
     shot = draw_shot(plan, scene, day, view, calibration, framing)
-    renderer = _parted(scene, shot, calibration)
+    scene = _parted(scene, shot, calibration)
     if faults.kind is Fault.TAG_HIDDEN:
-        covered = with_covered_tag(renderer.scene, faults.severity / max(SEVERITIES))
-        renderer = Renderer(covered, shot.pose, calibration, shot.light)
+        scene = with_covered_tag(scene, faults.severity / max(SEVERITIES))
+    renderer = Renderer(scene, shot.pose, calibration, shot.light)
     region = Region(0, 0, calibration.width_px, calibration.height_px)
     left, right = (renderer.view(x, region) for x in (0.0, calibration.baseline_mm))
     truth = _truth(renderer, left, right)
@@ -118,16 +119,14 @@ def develop(sight: Sight, faults: Faults) -> SimulatedCapture:
     )
 
 
-def _parted(scene: Scene, shot: Shot, calibration: Calibration) -> Renderer:
+def _parted(scene: Scene, shot: Shot, calibration: Calibration) -> Scene:
     """The scene after the operator's free hand has parted the leaves before the tag."""
-    for _ in range(4):
-        renderer = Renderer(scene, shot.pose, calibration, shot.light)
-        leaves = renderer.before_tag((0.0, calibration.baseline_mm))
-        if not leaves:
-            break
+    leaves = leaves_before_tag(scene, shot.pose, (0.0, calibration.baseline_mm))
+    while leaves:
         kept = tuple(m for i, m in enumerate(scene.meshes) if i not in leaves)
         scene = replace(scene, meshes=kept)
-    return renderer
+        leaves = leaves_before_tag(scene, shot.pose, (0.0, calibration.baseline_mm))
+    return scene
 
 
 def draw_shot(
@@ -237,8 +236,8 @@ def _truth(renderer: Renderer, left: EyeView, right: EyeView) -> Truth:
         fruitlets=true_fruitlets(renderer, left),
         left_disparity_px=disparity(renderer, left),
         right_disparity_px=disparity(renderer, right),
-        left_matched=matched(renderer, left, 0.0, baseline),
-        right_matched=matched(renderer, right, baseline, 0.0),
+        left_matched=matched(renderer, left, right, 0.0, baseline),
+        right_matched=matched(renderer, right, left, baseline, 0.0),
     )
 
 

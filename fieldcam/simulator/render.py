@@ -8,17 +8,19 @@ import numpy as np
 import numpy.typing as npt
 
 from fieldcam.simulator.light import Light
-from fieldcam.simulator.mesh import F32, I32, Part, Soup, join, unit
+from fieldcam.simulator.mesh import F32, I32, Soup, join, unit
 from fieldcam.simulator.raycast import MISS, Hits, RayCaster
 from fieldcam.simulator.scene import Scene
 from fieldcam.simulator.texture import reflectance, tag_image
-from fieldcam.values import TAG_SIZE_MM, Calibration, Region
+from fieldcam.values import Calibration, Region
 
 _SUBPIXELS = np.array(
     [[-0.375, -0.125], [-0.125, 0.375], [0.125, -0.375], [0.375, 0.125]],
     np.float32,
 )  # fmt: skip
 """Where inside a pixel an outline is sampled again."""
+_CHUNK = 65_536
+"""Rays that are shaded at once: what the processor's cache holds."""
 _NEIGHBOURS = ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
 I64 = npt.NDArray[np.int64]
 
@@ -93,22 +95,6 @@ class Renderer:
         hits = self._cast(eye_x_mm, _pixel_centres(region))[1]
         return self._geometry(hits, region)
 
-    def before_tag(self, eyes_x_mm: tuple[float, ...]) -> set[int]:
-        """Leaves and stems, by their mesh's index, that hide a part of the tag from an eye."""
-        side = np.linspace(-0.55, 0.55, 12, dtype=np.float32) * np.float32(TAG_SIZE_MM)
-        x, y = np.meshgrid(side, side)
-        print_mm = np.stack([x.ravel(), y.ravel(), np.zeros(x.size, np.float32)], axis=1)
-        on_card = print_mm @ self.scene.tag_rotation.T + self.scene.tag_center_mm
-        points = self.pose.apply(on_card.astype(np.float32))
-        hiding: set[int] = set()
-        for eye_x_mm in eyes_x_mm:
-            eye = np.array([eye_x_mm, 0, 0], np.float32)
-            hits = self.caster.first_hits(eye, points - eye)
-            first = hits.triangle[hits.found & (hits.distance < 0.9995)]
-            green = first[np.isin(self.soup.part[first], (Part.LEAF, Part.STEM))]
-            hiding |= set(self.soup.thing[green].tolist())
-        return hiding
-
     def seen_from(self, points_mm: F32, eye_x_mm: float) -> npt.NDArray[np.bool_]:
         """Which points (N, 3) of the scene's surfaces an eye sees."""
         return ~self.caster.blocked(points_mm, np.array([eye_x_mm, 0, 0], np.float32))
@@ -125,7 +111,9 @@ class Renderer:
         found, missed = np.flatnonzero(hits.found), np.flatnonzero(~hits.found)
         color = np.empty((len(rays), 3), np.float32)
         color[missed] = self.light.far(rays[missed, :2])
-        color[found] = self._shade(eye, rays[found], hits.of(found))
+        for start in range(0, len(found), _CHUNK):
+            part = found[start : start + _CHUNK]
+            color[part] = self._shade(eye, rays[part], hits.of(part))
         return color
 
     def _things(self, hits: Hits) -> I32:

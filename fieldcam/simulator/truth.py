@@ -11,6 +11,11 @@ from fieldcam.simulator.mesh import F32, Part
 from fieldcam.simulator.render import EyeView, Renderer
 from fieldcam.values import BoolMask, FloatMap, Mask
 
+SAME_PX = 0.5
+"""Disparities that differ by less belong to one surface."""
+NEARER_PX = 1.5
+"""Something whose disparity is larger by this stands in front."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrueFruitlet:
@@ -67,16 +72,37 @@ def disparity(renderer: Renderer, view: EyeView) -> FloatMap:
     return np.where(np.isfinite(view.depth_mm), found, np.nan).astype(np.float32)
 
 
-def matched(renderer: Renderer, view: EyeView, eye_x_mm: float, other_x_mm: float) -> BoolMask:
-    """Pixels (h, w) whose point the other eye sees inside its image."""
-    points = renderer.points_mm(view) + np.array([eye_x_mm, 0, 0], np.float32)
-    found = np.isfinite(view.depth_mm)
-    seen = np.zeros(found.shape, bool)
-    seen[found] = renderer.seen_from(points[found], other_x_mm)
+def matched(
+    renderer: Renderer, view: EyeView, other: EyeView, eye_x_mm: float, other_x_mm: float
+) -> BoolMask:
+    """Pixels (h, w) whose point the other eye sees inside its image.
+
+    The other view's depth answers for most; rays are cast at its edges only.
+    """
     c = renderer.calibration
+    points = renderer.points_mm(view) + np.array([eye_x_mm, 0, 0], np.float32)
     with np.errstate(invalid="ignore"):
         column = (points[..., 0] - other_x_mm) / points[..., 2] * c.focal_px + c.cx_px
-        return np.asarray(seen & (column >= 0) & (column <= c.width_px - 1))
+        inside = (column >= 0) & (column <= c.width_px - 1)
+    seen, sure = _compared(disparity(renderer, view), disparity(renderer, other), column, other)
+    doubtful = inside & ~sure
+    seen[doubtful] = renderer.seen_from(points[doubtful], other_x_mm)
+    return np.asarray(seen & inside)
+
+
+def _compared(
+    own: FloatMap, others: FloatMap, column: F32, other: EyeView
+) -> tuple[BoolMask, BoolMask]:
+    """By the other view's disparity, of the same rows: what it sees, and where that is sure."""
+    height, width = others.shape
+    start = np.floor(np.nan_to_num(column, nan=-1e6)).astype(np.int64) - other.region.x0
+    rows = np.arange(height)[:, None]
+    known = (start >= 0) & (start + 1 < width)
+    clipped = np.clip(start, 0, width - 2)
+    first, second = (np.nan_to_num(others[rows, clipped + k]) for k in (0, 1))
+    nearer = np.minimum(first, second) > own + NEARER_PX
+    same = (np.abs(first - own) < SAME_PX) & (np.abs(second - own) < SAME_PX)
+    return same, np.asarray(known & (same | nearer))
 
 
 def true_fruitlets(renderer: Renderer, view: EyeView) -> tuple[TrueFruitlet, ...]:
