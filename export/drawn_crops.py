@@ -132,7 +132,7 @@ def random_scene(rng: np.random.Generator) -> Scene:
     grey = 1.0 if daylight else rng.uniform(0.15, 1.0)
     look = FruitLook(
         hue=hue,
-        saturation=float(rng.uniform(0.25, 0.8) * grey),
+        saturation=float(rng.uniform(0.08, 0.8) * grey),
         value=float(rng.uniform(0.45, 1.0)),
         blush=float(rng.uniform(0, 0.9) if rng.random() < (0.5 if daylight else 0.3) else 0.0),
         gloss=float(rng.uniform(0.0, 0.6)),

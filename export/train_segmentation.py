@@ -47,7 +47,6 @@ from export.segmentation_state import (
     update_average,
 )
 
-STAGE_ONE_SHARE = 0.45
 WARMUP_STEPS = 100
 LAST_RATE_SHARE = 0.01
 CLIP_NORM = 5.0
@@ -69,6 +68,7 @@ class Recipe:
     batch: int = 4
     threads: int = 2
     drawn_share: float = 0.35
+    stage_one_share: float = 0.45
     crop: CropSettings = field(default_factory=CropSettings)
     shape: NetworkShape = field(default_factory=NetworkShape)
     checkpoint_every_s: float = 120.0
@@ -87,19 +87,22 @@ class Recipe:
             "crop": asdict(self.crop),
             "drawn_share": self.drawn_share,
             "started_from": load_weights(self.start)[1] if self.start else None,
-            "stage_one_share": STAGE_ONE_SHARE,
+            "stage_one_share": self.stage_one_share,
             "rates": [BOX_RATE, MASK_RATE, BACKBONE_RATE_IN_STAGE_TWO],
             "weight_decay": WEIGHT_DECAY,
         }
+
+    @property
+    def stage_one_s(self) -> float:
+        return self.stage_one_share * self.minutes * 60
 
 
 def _folder(root: Path | None, part: str) -> Path | None:
     return root / part if root is not None else None
 
 
-def rate_share(progress: Progress, total_s: float) -> float:
-    """Warm-up, then a cosine over the stage's share of the time budget."""
-    end_s = total_s if progress.stage == 2 else STAGE_ONE_SHARE * total_s
+def rate_share(progress: Progress, end_s: float) -> float:
+    """Warm-up, then a cosine until the stage's end."""
     span = max(end_s - progress.stage_start_s, 1e-6)
     done = min(max((progress.elapsed_s - progress.stage_start_s) / span, 0.0), 1.0)
     cosine = 0.5 * (1 + math.cos(math.pi * done))
@@ -185,7 +188,9 @@ class Run:
 
     def step(self, batch: Batch) -> dict[str, float]:
         """One update; returns the losses by name."""
-        share = rate_share(self.progress, self.recipe.minutes * 60)
+        last_stage = self.progress.stage == 2
+        end_s = self.recipe.minutes * 60 if last_stage else self.recipe.stage_one_s
+        share = rate_share(self.progress, end_s)
         for group in self.optimizer.param_groups:
             group["lr"] = group["top"] * share
         self.model.train()
@@ -250,7 +255,7 @@ class Run:
             if self.progress.step % 20 == 0:
                 self.log(losses=losses, rate=self.optimizer.param_groups[0]["lr"])
             elapsed_s = self.progress.elapsed_s
-            if self.progress.stage == 1 and elapsed_s >= STAGE_ONE_SHARE * self.recipe.minutes * 60:
+            if self.progress.stage == 1 and elapsed_s >= self.recipe.stage_one_s:
                 self.start_masks()
             if elapsed_s - saved_s >= self.recipe.checkpoint_every_s:
                 self.save()
@@ -277,6 +282,7 @@ def parse(argv: list[str] | None) -> Recipe:
     parser.add_argument("--crop", type=int, default=320)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--drawn-share", type=float, default=0.35)
+    parser.add_argument("--stage-one-share", type=float, default=0.45, help="of the minutes")
     parser.add_argument("--start", type=Path, help="weights of an earlier run to begin with")
     options = parser.parse_args(argv)
     return Recipe(
@@ -288,6 +294,7 @@ def parse(argv: list[str] | None) -> Recipe:
         batch=options.batch,
         threads=options.threads,
         drawn_share=options.drawn_share,
+        stage_one_share=options.stage_one_share,
         start=options.start,
         crop=CropSettings(size_px=options.crop),
     )

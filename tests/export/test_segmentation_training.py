@@ -112,9 +112,9 @@ def test_a_run_goes_on_where_it_stopped(shards: Path, tmp_path: Path) -> None:
 
 
 def test_rates_warm_up_and_fall_over_each_stage() -> None:
-    early = train.rate_share(state.Progress(step_in_stage=0), 100.0)
-    full = train.rate_share(state.Progress(step_in_stage=500), 100.0)
-    end = train.rate_share(state.Progress(step_in_stage=900, elapsed_s=44.9), 100.0)
+    early = train.rate_share(state.Progress(step_in_stage=0), 45.0)
+    full = train.rate_share(state.Progress(step_in_stage=500), 45.0)
+    end = train.rate_share(state.Progress(step_in_stage=900, elapsed_s=44.9), 45.0)
     second = state.Progress(stage=2, step_in_stage=500, elapsed_s=45.0, stage_start_s=45.0)
     assert early < 0.05 < full
     assert end < 0.02
