@@ -80,7 +80,9 @@ def test_any_image_size_is_drawn_on(shape: tuple[int, ...]) -> None:
 
 
 def test_things_beyond_the_border_are_drawn_as_far_as_they_reach() -> None:
-    outside = [made_fruitlet(0, (-3.0, 200.0)), made_fruitlet(1, (638.0, 479.0))]
+    places = [(-3.0, 200.0), (638.0, 479.0), (-90.0, 200.0), (300.0, 900.0)]
+    outside = [made_fruitlet(i, place, None) for i, place in enumerate(places)]
+    outside += [made_fruitlet(4 + i, place) for i, place in enumerate(places)]
     assert overlay(made_reading(outside)).shape == (1080, 1440, 3)
 
 

@@ -136,7 +136,8 @@ class Canvas:
         x0, y0 = max(0, math.floor(min(xs)) - grow), max(0, math.floor(min(ys)) - grow)
         x1 = min(width, math.ceil(max(xs)) + grow)
         y1 = min(height, math.ceil(max(ys)) + grow)
-        return np.zeros((max(0, y1 - y0), max(0, x1 - x0)), np.uint8), x0, y0
+        # OpenCV draws on no empty array, and what lies beyond the border has no window.
+        return np.zeros((max(1, y1 - y0), max(1, x1 - x0)), np.uint8), x0, y0
 
     def _blend(self, x0: int, y0: int, coverage: Coverage, colour: Colour, alpha: float) -> None:
         height, width = self.image.shape[:2]
