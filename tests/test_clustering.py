@@ -90,7 +90,7 @@ def test_each_fruitlet_is_in_one_community_at_most(points: Vectors) -> None:
     assert len(members) == len(set(members))
     assert all(len(group) >= 2 for group in found)
     assert set(members) <= set(range(len(points)))
-    everyone = [i for group in with_singles(found, len(points)) for i in group]
+    everyone = [i for group in with_singles(found, range(len(points))) for i in group]
     assert sorted(everyone) == list(range(len(points)))
 
 
@@ -133,10 +133,12 @@ def test_the_target_is_the_community_nearest_the_tag(
 
 def test_a_last_fruitlet_keeps_its_tag() -> None:
     points = np.concatenate([at((40, 0, 0)), NEAR_TAG + 95])
-    found = with_singles(clusters(points), len(points))
+    found = with_singles(clusters(points), range(len(points)))
     best = target_cluster(found, points, (0.0, 0.0, 0.0))
     assert best is not None
     assert found[best] == (0,)
+    doubted = with_singles(clusters(points), range(1, len(points)))
+    assert all(0 not in group for group in doubted)
 
 
 def test_halves_of_one_bud_are_rejoined_and_two_buds_are_not() -> None:

@@ -76,13 +76,13 @@ def target_cluster(
     return best if distances[best] <= cap_mm else None
 
 
-def with_singles(communities: Sequence[Community], count: int) -> tuple[Community, ...]:
-    """The communities and each unassigned fruitlet as one of its own.
+def with_singles(communities: Sequence[Community], certain: Sequence[int]) -> tuple[Community, ...]:
+    """The communities and each unassigned one of the `certain` fruitlets as one of its own.
 
     A cluster that has dropped all but one fruitlet must not hand its tag to
-    the next community.
+    the next community; a doubtful detection beside the tag is no such fruitlet.
     """
-    singles = _unassigned(range(count), [list(c) for c in communities])
+    singles = _unassigned(certain, [list(c) for c in communities])
     return tuple(sorted([*communities, *((i,) for i in singles)]))
 
 

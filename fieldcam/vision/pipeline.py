@@ -135,7 +135,7 @@ class Pipeline:
         with clock.stage("clouds"):
             clouds = self._clouds(instances, window, calibration, settings)
         with clock.stage("clustering"):
-            groups, target = self._cluster(clouds, tag, settings)
+            groups, target = self._cluster(instances, clouds, tag, settings)
         with clock.stage("sizing"):
             sizes = self._sizes(instances, clouds, window, calibration, settings)
         fruitlets = tuple(
@@ -192,14 +192,20 @@ class Pipeline:
         return [fruitlet_cloud(i.visible, window, calibration, parameters) for i in instances]
 
     def _cluster(
-        self, clouds: Sequence[FruitletCloud], tag: TagPose | None, settings: Settings
+        self,
+        instances: Sequence[Instance],
+        clouds: Sequence[FruitletCloud],
+        tag: TagPose | None,
+        settings: Settings,
     ) -> tuple[tuple[Community, ...], Community]:
         """Communities of fruitlets, by their indices, and the tagged one (empty if none)."""
         placed = [(k, c.centroid_mm) for k, c in enumerate(clouds) if c.centroid_mm is not None]
         centroids = np.array([c for _, c in placed], dtype=np.float64).reshape(-1, 3)
         found = clusters(centroids, self._parameters.clustering)
         if settings.method is not Method.PAPER:
-            found = with_singles(found, len(placed))
+            certain = self._parameters.sizing.min_score
+            sure = [n for n, (k, _) in enumerate(placed) if instances[k].score >= certain]
+            found = with_singles(found, sure)
             found = rejoined(found, centroids, self._parameters.clustering.bud_mm)
         groups = tuple(tuple(placed[i][0] for i in group) for group in found)
         if tag is None or tag.translation_mm is None:
