@@ -435,7 +435,7 @@ def test_the_simulators_leaf_hides_the_tag_from_both_eyes(share: float) -> None:
     from fieldcam.simulator import Block, Faults
     from fieldcam.simulator.capture import calibration_of, draw_shot
     from fieldcam.simulator.scene import build_scene, with_covered_tag
-    from fieldcam.simulator.sightline import leaves_before_tag
+    from fieldcam.simulator.sightline import hiding_the_tag
 
     block = Block.plan(6_000_090, 1)
     plan, camera = block.clusters[0], calibration_of(block)
@@ -443,5 +443,5 @@ def test_the_simulators_leaf_hides_the_tag_from_both_eyes(share: float) -> None:
     shot = draw_shot(plan, covered, 0.0, 0, camera, Faults())
     leaf = len(covered.meshes) - 1
     for eye_x_mm in (0.0, camera.baseline_mm):
-        hiding = leaves_before_tag(covered, shot.pose, (eye_x_mm,))
+        hiding = hiding_the_tag(covered, shot.pose, (eye_x_mm,))
         assert leaf in hiding

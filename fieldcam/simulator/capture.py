@@ -16,7 +16,7 @@ from fieldcam.simulator.plan import Block, ClusterPlan
 from fieldcam.simulator.render import EyeView, Pose, Renderer
 from fieldcam.simulator.scene import Scene, build_scene, with_covered_tag
 from fieldcam.simulator.sensor import Sensor
-from fieldcam.simulator.sightline import leaves_before_tag
+from fieldcam.simulator.sightline import hiding_the_tag
 from fieldcam.simulator.truth import Truth, disparity, matched, true_fruitlets
 from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair, Region, StereoPair
 
@@ -121,11 +121,11 @@ def develop(sight: Sight, faults: Faults) -> SimulatedCapture:
 
 def _parted(scene: Scene, shot: Shot, calibration: Calibration) -> Scene:
     """The scene after the operator's free hand has parted the leaves before the tag."""
-    leaves = leaves_before_tag(scene, shot.pose, (0.0, calibration.baseline_mm))
-    while leaves:
-        kept = tuple(m for i, m in enumerate(scene.meshes) if i not in leaves)
+    hiding = hiding_the_tag(scene, shot.pose, (0.0, calibration.baseline_mm))
+    while hiding:
+        kept = tuple(m for i, m in enumerate(scene.meshes) if i not in hiding)
         scene = replace(scene, meshes=kept)
-        leaves = leaves_before_tag(scene, shot.pose, (0.0, calibration.baseline_mm))
+        hiding = hiding_the_tag(scene, shot.pose, (0.0, calibration.baseline_mm))
     return scene
 
 

@@ -16,13 +16,17 @@ _ON_CARD = 0.9995
 """Share of the way to the card beyond which a hit is the card's own surface."""
 
 
-def leaves_before_tag(scene: Scene, pose: Pose, eyes_x_mm: tuple[float, ...]) -> set[int]:
-    """Indices of the scene's leaves and stems that hide a part of the tag from an eye."""
+HIDING = (Part.LEAF, Part.STEM, Part.BARK)
+"""What a free hand parts, and the wood behind which nobody hangs a tag."""
+
+
+def hiding_the_tag(scene: Scene, pose: Pose, eyes_x_mm: tuple[float, ...]) -> set[int]:
+    """Indices of the leaves, stems and wood that hide a part of the tag from an eye."""
     points = pose.apply(_print_mm(scene))
     moved = {
         index: mesh.moved(pose.rotation, pose.translation_mm)
         for index, mesh in enumerate(scene.meshes)
-        if mesh.part in (Part.LEAF, Part.STEM)
+        if mesh.part in HIDING
     }
     hiding: set[int] = set()
     for eye_x_mm in eyes_x_mm:
