@@ -97,6 +97,32 @@ class StorageFull(StorageError):
     """There is no room left to save a capture."""
 
 
+class StorageBusy(StorageError):
+    """Another program keeps the database locked."""
+
+
+class StorageDamaged(StorageError):
+    """The database file has damaged pages."""
+
+
+class DatabaseTooNew(StorageError):
+    """The database was written by a newer version of fieldcam."""
+
+
+class AnalysisFailed(FieldcamError):
+    """A saved pair could not be analysed, through no fault of its own; the picture is kept."""
+
+    exit_code = ExitCode.DEFECT
+
+
+class AnalysisTimeout(AnalysisFailed):
+    """The analysis did not answer before the deadline."""
+
+
+class AnalysisOff(AnalysisFailed):
+    """The analysis was closed, or ended too often to be started again by itself."""
+
+
 class RemoteUnreachable(FieldcamError):
     """The other end of a transfer cannot be reached."""
 

@@ -31,6 +31,8 @@ APP = (
     "fieldcam.models",
     "fieldcam.session.walk",
     "fieldcam.store.captures",
+    "fieldcam.store.store",
+    "fieldcam.store.startup",
     "fieldcam.camera.port",
     "fieldcam.camera.replay",
     "fieldcam.camera.simulated",

@@ -1,6 +1,7 @@
 """Captures in a folder: two image files named by their content, then one small record.
 
-The record is written last and durably, so a capture that has one is complete.
+The record is written last and durably, so a capture that has one is complete. It
+is a JSON file here; `store.store` keeps rows of a database instead.
 """
 
 from __future__ import annotations
@@ -8,7 +9,6 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from datetime import datetime
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -16,6 +16,7 @@ from uuid import uuid4
 from fieldcam.errors import StorageError
 from fieldcam.store.durable import write_durably
 from fieldcam.store.folder import DataFolder, DataKind
+from fieldcam.store.objects import Objects
 from fieldcam.store.raw_images import decode_raw, encode_raw, raw_suffix
 from fieldcam.values import ImageU8, PixelFormat, RawPair
 
@@ -29,6 +30,7 @@ class SavedCapture:
     left: Path
     right: Path
     record: Path
+    """What holds the camera's facts: a JSON file, or the database."""
 
 
 class CaptureFolder:
@@ -36,33 +38,23 @@ class CaptureFolder:
 
     def __init__(self, folder: DataFolder) -> None:
         self._folder = folder
+        self._objects = Objects(folder.path)
 
     def save(self, raw: RawPair) -> SavedCapture:
         """Make a raw pair durable; when this returns, no crash can lose it."""
-        if raw.simulated != (self._folder.kind is DataKind.SIMULATED):
-            raise StorageError(
-                f"{self._folder.path} is for {self._folder.kind} captures only.",
-                "Name another folder with --data.",
-            )
-        left, right = self._save_image(raw.left), self._save_image(raw.right)
+        refuse_other_kind(self._folder, raw.simulated)
+        left, right = keep_image(self._objects, raw.left), keep_image(self._objects, raw.right)
         key = str(uuid4())
         record = self._folder.path / "captures" / f"{key}.json"
-        write_durably(record, json.dumps(_facts(raw, left, right), indent=1).encode())
+        facts = {"left": left.name, "right": right.name, **camera_facts(raw)}
+        write_durably(record, json.dumps(facts, indent=1).encode())
         return SavedCapture(key, left, right, record)
-
-    def _save_image(self, image: ImageU8) -> Path:
-        content = encode_raw(image)
-        digest = sha256(content).hexdigest()
-        path = self._folder.path / "objects" / digest[:2] / (digest + raw_suffix(image))
-        if not path.exists():
-            write_durably(path, content)
-        return path
 
 
 def load_raw(saved: SavedCapture) -> RawPair:
     """Read a saved pair back."""
     try:
-        facts: dict[str, Any] = json.loads(saved.record.read_bytes())
+        facts = _facts_of(saved)
         left, right = saved.left.read_bytes(), saved.right.read_bytes()
     except (OSError, ValueError) as error:
         raise StorageError(f"Capture {saved.key} cannot be read back: {error}.") from error
@@ -76,14 +68,27 @@ def load_raw(saved: SavedCapture) -> RawPair:
         left_serial=facts["left_serial"],
         right_serial=facts["right_serial"],
         trigger_ordinal=facts["trigger_ordinal"],
-        simulated=facts["simulated"],
+        simulated=bool(facts["simulated"]),
     )
 
 
-def _facts(raw: RawPair, left: Path, right: Path) -> dict[str, Any]:
+def refuse_other_kind(folder: DataFolder, simulated: bool) -> None:
+    """Keep simulated captures out of real data, and real ones out of simulated data."""
+    if simulated != (folder.kind is DataKind.SIMULATED):
+        raise StorageError(
+            f"{folder.path} is for {folder.kind} captures only.",
+            "Name another folder with --data.",
+        )
+
+
+def keep_image(objects: Objects, image: ImageU8) -> Path:
+    """Make one raw image durable."""
+    return objects.keep(encode_raw(image), raw_suffix(image))
+
+
+def camera_facts(raw: RawPair) -> dict[str, Any]:
+    """What the camera said about a pair, apart from its pixels."""
     return {
-        "left": left.name,
-        "right": right.name,
         "pixel_format": raw.pixel_format.value,
         "taken_at": raw.taken_at.isoformat(),
         "left_timestamp_ns": raw.left_timestamp_ns,
@@ -93,3 +98,13 @@ def _facts(raw: RawPair, left: Path, right: Path) -> dict[str, Any]:
         "trigger_ordinal": raw.trigger_ordinal,
         "simulated": raw.simulated,
     }
+
+
+def _facts_of(saved: SavedCapture) -> dict[str, Any]:
+    if saved.record.suffix != ".json":
+        # Only captures in a database need SQLite, which takes a while to load.
+        from fieldcam.store.lookups import capture_facts
+
+        return capture_facts(saved.record, saved.key)
+    facts: dict[str, Any] = json.loads(saved.record.read_bytes())
+    return facts

@@ -1,0 +1,115 @@
+"""What is known about the blocks: their size, visits, settings and sprays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+
+from sqlite_utils import Database
+
+from fieldcam.store.connection import rows
+from fieldcam.store.orchard_rows import Setting
+from fieldcam.store.rows import EntryId
+
+
+@dataclass(frozen=True, slots=True)
+class BlockSummary:
+    """One block."""
+
+    id: EntryId
+    name: str
+    orchard: str
+    variety: str
+    season: int
+    trees: int
+    clusters: int
+    visits: int
+    last_day: date | None
+
+
+@dataclass(frozen=True, slots=True)
+class VisitSummary:
+    """One visit of a block."""
+
+    id: EntryId
+    day: date
+    captures: int
+    accepted: int
+    """Clusters with an accepted picture."""
+
+
+@dataclass(frozen=True, slots=True)
+class SprayRecord:
+    """One thinning spray."""
+
+    id: EntryId
+    sprayed_on: date
+    product: str
+    rate: str
+
+
+def blocks(database: Database) -> tuple[BlockSummary, ...]:
+    """All blocks, by name."""
+    found = rows(
+        database,
+        "SELECT block.*,"
+        " (SELECT count(*) FROM tree JOIN standing USING (id) WHERE block = block.id) AS trees,"
+        " (SELECT count(*) FROM cluster_now WHERE block = block.id) AS clusters,"
+        " (SELECT count(*) FROM visit WHERE block = block.id) AS visits,"
+        " (SELECT max(day) FROM visit WHERE block = block.id) AS last_day"
+        " FROM block JOIN standing USING (id) ORDER BY block.name",
+    )
+    return tuple(
+        BlockSummary(**{**row, "last_day": row["last_day"] and date.fromisoformat(row["last_day"])})
+        for row in found
+    )
+
+
+def block_named(database: Database, name: str) -> BlockSummary | None:
+    """The block of this name."""
+    return next((block for block in blocks(database) if block.name == name), None)
+
+
+def visits(database: Database, block: EntryId) -> tuple[VisitSummary, ...]:
+    """The visits of a block, the earliest day first."""
+    found = rows(
+        database,
+        "SELECT visit.id, visit.day, count(capture.id) AS captures,"
+        " count(DISTINCT CASE capture.action WHEN 'accept' THEN capture.tag_id END) AS accepted"
+        " FROM visit LEFT JOIN capture_now AS capture ON capture.visit = visit.id"
+        " WHERE visit.block = ? GROUP BY visit.id ORDER BY visit.day",
+        block,
+    )
+    return tuple(VisitSummary(**{**row, "day": date.fromisoformat(row["day"])}) for row in found)
+
+
+def settings(
+    database: Database, block: EntryId, tree: EntryId | None = None
+) -> dict[Setting, float]:
+    """The numbers that hold for a tree: its own, else the block's."""
+    found = rows(
+        database,
+        "SELECT name, value FROM block_setting_now WHERE block = ? AND (tree IS NULL OR tree = ?)"
+        " ORDER BY tree IS NOT NULL",
+        block,
+        tree,
+    )
+    return {Setting(row["name"]): row["value"] for row in found}
+
+
+def sprays(database: Database, block: EntryId) -> tuple[SprayRecord, ...]:
+    """The sprays of a block, the earliest first."""
+    sql = (
+        "SELECT spray.id, sprayed_on, product, rate FROM spray JOIN standing USING (id)"
+        " WHERE block = ? ORDER BY sprayed_on, turn"
+    )
+    return tuple(
+        SprayRecord(**{**row, "sprayed_on": date.fromisoformat(row["sprayed_on"])})
+        for row in rows(database, sql, block)
+    )
+
+
+def trees(database: Database, block: EntryId) -> dict[EntryId, str]:
+    """Labels of a block's trees, in the order they were made."""
+    sql = "SELECT tree.id, label FROM tree JOIN standing USING (id) WHERE block = ? ORDER BY turn"
+    return {row["id"]: row["label"] for row in rows(database, sql, block)}

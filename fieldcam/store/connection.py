@@ -1,0 +1,166 @@
+"""Connections to the database: every one durable, none that waits for ever.
+
+SQLite's defaults differ from build to build, so what matters is set for each
+connection and read back.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from sqlite_utils import Database
+
+from fieldcam.errors import StorageBusy, StorageDamaged, StorageError, StorageFull
+
+APPLICATION_ID = 0x66636D31
+"""`fcm1` in ASCII: marks a file as fieldcam's."""
+BUSY_TIMEOUT_S = 30.0
+"""How long a writer waits for other writers."""
+_NO_ROOM_BYTES = 1 << 20
+_DAMAGED = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+_UNWRITABLE = (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM)
+_BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+
+
+def connect(path: Path, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Database:
+    """A connection that may write; the file is made when it is missing.
+
+    One thread at a time uses it; it may be closed by another.
+    """
+    with storage_errors(path):
+        connection = sqlite3.connect(
+            path, timeout=busy_timeout_s, isolation_level=None, check_same_thread=False
+        )
+        database = Database(connection)
+        try:
+            _make_durable(database, path)
+        except BaseException:
+            database.close()
+            raise
+    return database
+
+
+def connect_read_only(path: Path, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Database:
+    """A connection for another process that only looks, also on a read-only disk."""
+    if not path.is_file():
+        raise StorageError(f"There is no database at {path}.", "Check the data folder's name.")
+    with storage_errors(path):
+        try:
+            return _open_to_read(path, "mode=ro", busy_timeout_s)
+        except sqlite3.OperationalError:
+            # Without write access to the folder SQLite cannot share a WAL; where none
+            # is left over, nobody writes and the file can be read as it is.
+            if path.with_name(f"{path.name}-wal").exists():
+                raise
+            return _open_to_read(path, "immutable=1", busy_timeout_s)
+
+
+def rows(database: Database, sql: str, *parameters: object) -> list[dict[str, Any]]:
+    """All rows of a query, fetched at once so that no read holds the WAL open."""
+    with storage_errors(database_path(database)):
+        return list(database.query(sql, parameters))
+
+
+@contextmanager
+def writing(database: Database) -> Iterator[None]:
+    """One transaction that holds the write lock from its start; joins one that is open."""
+    if database.conn.in_transaction:
+        yield
+        return
+    with storage_errors(database_path(database)):
+        database.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            database.execute("COMMIT")
+        except BaseException:
+            _roll_back(database)
+            raise
+
+
+@contextmanager
+def storage_errors(path: Path) -> Iterator[None]:
+    """Turns SQLite's errors about the file into the operator's sentences."""
+    try:
+        yield
+    except sqlite3.DatabaseError as error:
+        found = _explained(path, error)
+        if found is None:
+            raise
+        raise found from error
+
+
+def database_path(database: Database) -> Path:
+    """The file behind a connection."""
+    (_, _, name) = database.conn.execute("PRAGMA database_list").fetchone()
+    return Path(name)
+
+
+def _roll_back(database: Database) -> None:
+    # A full disk has ended the transaction already.
+    if database.conn.in_transaction:
+        database.execute("ROLLBACK")
+
+
+def _make_durable(database: Database, path: Path) -> None:
+    if database.execute("PRAGMA journal_mode=WAL").fetchone()[0] != "wal":
+        raise StorageError(
+            f"The disk of {path} does not support SQLite's write-ahead log.",
+            "Use a data folder on a local disk.",
+        )
+    database.execute("PRAGMA synchronous=FULL")
+    database.execute("PRAGMA foreign_keys=ON")
+    for pragma, wanted in (("synchronous", 2), ("foreign_keys", 1)):
+        if database.execute(f"PRAGMA {pragma}").fetchone()[0] != wanted:
+            raise StorageError(f"SQLite does not take the setting {pragma} for {path}.")
+
+
+def _open_to_read(path: Path, how: str, busy_timeout_s: float) -> Database:
+    uri = f"{path.resolve().as_uri()}?{how}"
+    connection = sqlite3.connect(
+        uri, uri=True, timeout=busy_timeout_s, isolation_level=None, check_same_thread=False
+    )
+    try:
+        connection.execute("PRAGMA query_only=ON")
+        connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()
+    except BaseException:
+        connection.close()
+        raise
+    return Database(connection)
+
+
+def _explained(path: Path, error: sqlite3.DatabaseError) -> StorageError | None:
+    """Extended result codes keep their family in the low byte."""
+    family = getattr(error, "sqlite_errorcode", 0) & 0xFF
+    if family == sqlite3.SQLITE_FULL or (family == sqlite3.SQLITE_IOERR and _no_room(path)):
+        return StorageFull(f"No room is left to write {path}.", "Free some space and try again.")
+    if family in _DAMAGED:
+        return damaged(path)
+    if family in _UNWRITABLE:
+        return StorageError(
+            f"{path} cannot be written.",
+            "Check the data folder's owner and that its disk is not read-only.",
+        )
+    if family in _BUSY:
+        return StorageBusy(f"Another program keeps {path} locked.", "Close it and try again.")
+    if family == sqlite3.SQLITE_IOERR:
+        return StorageError(f"The disk gave an error while {path} was used.", "Check the disk.")
+    return None
+
+
+def damaged(path: Path) -> StorageDamaged:
+    """The sentence for a database file with damaged pages."""
+    return StorageDamaged(
+        f"The database {path} is damaged.",
+        "Copy the data folder, then rename this file and start again: the pictures are kept.",
+    )
+
+
+def _no_room(path: Path) -> bool:
+    with suppress(OSError):
+        return shutil.disk_usage(path.parent).free < _NO_ROOM_BYTES
+    return False

@@ -1,0 +1,91 @@
+"""Seconds per cluster, from the times of shutters and decisions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from statistics import median
+from typing import Any
+
+from sqlite_utils import Database
+
+from fieldcam.store.clock import Moment, seconds_between
+from fieldcam.store.connection import rows
+from fieldcam.store.rows import EntryId
+
+
+@dataclass(frozen=True, slots=True)
+class ClusterTime:
+    """How long one accepted cluster took."""
+
+    tag_id: int
+    at_cluster_s: float | None
+    """From the cluster's first shutter to its acceptance; None where clocks contradict."""
+    since_last_s: float | None
+    """From the acceptance before, walking included; None for the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class VisitTimes:
+    """The clusters of a visit in the order in which they were accepted."""
+
+    clusters: tuple[ClusterTime, ...]
+
+    @property
+    def median_s(self) -> float | None:
+        """Seconds per cluster, walking included; robust against a rest in the shade."""
+        known = [c.since_last_s for c in self.clusters if c.since_last_s is not None]
+        return median(known) if known else None
+
+
+def visit_times(database: Database, visit: EntryId) -> VisitTimes:
+    """Seconds per cluster of a visit so far."""
+    accepted = _accepted(database, visit)
+    first_shutter = _first_shutters(database, visit)
+    clusters = []
+    before: Moment | None = None
+    for tag_id, moment in accepted.items():
+        shutter = first_shutter.get(tag_id)
+        at_cluster = None if shutter is None else seconds_between(shutter, moment)
+        since = None if before is None else seconds_between(before, moment)
+        clusters.append(ClusterTime(tag_id, at_cluster, since))
+        before = moment
+    return VisitTimes(tuple(clusters))
+
+
+def _accepted(database: Database, visit: EntryId) -> dict[int, Moment]:
+    """When each cluster was accepted first, in that order."""
+    found = rows(
+        database,
+        "SELECT capture.tag_id, entry.* FROM capture_now AS capture"
+        " JOIN entry ON entry.id = capture.decision"
+        " WHERE capture.visit = ? AND capture.action = 'accept' AND capture.tag_id IS NOT NULL"
+        " ORDER BY entry.turn",
+        visit,
+    )
+    return _first_of_each_tag(found)
+
+
+def _first_shutters(database: Database, visit: EntryId) -> dict[int, Moment]:
+    """The shutter's own time where it was kept, else the time of saving."""
+    found = rows(
+        database,
+        "SELECT capture.tag_id, entry.* FROM capture_now AS capture"
+        " LEFT JOIN event ON event.capture = capture.id AND event.event = 'shutter'"
+        " JOIN entry ON entry.id = coalesce(event.id, capture.id)"
+        " WHERE capture.visit = ? AND capture.tag_id IS NOT NULL ORDER BY entry.turn",
+        visit,
+    )
+    return _first_of_each_tag(found)
+
+
+def _first_of_each_tag(found: list[dict[str, Any]]) -> dict[int, Moment]:
+    first: dict[int, Moment] = {}
+    for row in found:
+        first.setdefault(row["tag_id"], _moment(row))
+    return first
+
+
+def _moment(row: dict[str, Any]) -> Moment:
+    at = datetime.fromisoformat(row["at_utc"])
+    return Moment(at, row["utc_offset_min"], row["boot"], row["boot_ns"])

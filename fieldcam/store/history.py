@@ -1,0 +1,186 @@
+"""A cluster over the days: every picture with its reading, marks, decision and notes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import date, datetime
+from typing import Any, TypeVar
+
+from sqlite_utils import Database
+
+from fieldcam.store.connection import rows
+from fieldcam.store.judgement_rows import Action, Answer, MarkKind
+from fieldcam.store.rows import EntryId
+from fieldcam.values import ReasonCode, Status
+
+_Part = TypeVar("_Part")
+
+_CAPTURES = (
+    "SELECT capture.*, visit.day, decision.answer, reading.status, reading.reasons,"
+    " reading.tag_read, reading.software_version,"
+    " (SELECT living FROM count_now WHERE capture = capture.id) AS living"
+    " FROM capture_now AS capture"
+    " LEFT JOIN visit ON visit.id = capture.visit"
+    " LEFT JOIN decision ON decision.id = capture.decision"
+    " LEFT JOIN reading ON reading.id = capture.reading"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class FruitletSeen:
+    """A fruitlet of a reading, with corrections and marks applied."""
+
+    id: int
+    in_target: bool
+    living: bool
+    """Neither fallen nor struck out as no fruitlet."""
+    diameter_mm: float | None
+    marks: tuple[MarkKind, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ReadingSummary:
+    """The last reading of a capture, without its masks, clouds and disparity."""
+
+    id: EntryId
+    status: Status
+    reasons: tuple[ReasonCode, ...]
+    tag_read: int | None
+    living: int
+    """Fruitlets of the target cluster that count, those added by hand included."""
+    fruitlets: tuple[FruitletSeen, ...]
+    software_version: str
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureRecord:
+    """One picture of a cluster."""
+
+    id: EntryId
+    visit: EntryId | None
+    day: date | None
+    taken_at: datetime
+    tag_id: int | None
+    """The tag that it counts for: corrected, else read or expected."""
+    tag_expected: int | None
+    view: int
+    retake_of: EntryId | None
+    action: Action | None
+    answer: Answer | None
+    decision: EntryId | None
+    """The row of `action`, for undoing it."""
+    left_file: str
+    right_file: str
+    reading: ReadingSummary | None
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ClusterMark:
+    """Fruitlets of a cluster that a visit's pictures do not show."""
+
+    id: EntryId
+    visit: EntryId
+    mark: MarkKind
+    count: int
+
+
+def cluster_history(database: Database, block: EntryId, tag_id: int) -> tuple[CaptureRecord, ...]:
+    """All pictures of a cluster, the earliest day first."""
+    sql = (
+        f"{_CAPTURES} WHERE visit.block = ? AND capture.tag_id = ?"
+        " AND capture.id IN (SELECT capture FROM tag_candidate WHERE tag_id = ?)"
+        " ORDER BY day, turn"
+    )
+    return tuple(_record(database, row) for row in rows(database, sql, block, tag_id, tag_id))
+
+
+def visit_captures(database: Database, visit: EntryId) -> tuple[CaptureRecord, ...]:
+    """All pictures of a visit, in the order they were taken."""
+    sql = f"{_CAPTURES} WHERE capture.visit = ? ORDER BY turn"
+    return tuple(_record(database, row) for row in rows(database, sql, visit))
+
+
+def capture_record(database: Database, capture: EntryId) -> CaptureRecord | None:
+    """One picture."""
+    found = rows(database, f"{_CAPTURES} WHERE capture.id = ?", capture)
+    return _record(database, found[0]) if found else None
+
+
+def cluster_marks(database: Database, block: EntryId, tag_id: int) -> tuple[ClusterMark, ...]:
+    """Marks on a cluster as a whole, the earliest first."""
+    sql = (
+        "SELECT mark.* FROM fruitlet_mark_now AS mark JOIN visit ON visit.id = mark.visit"
+        " WHERE visit.block = ? AND mark.tag_id = ? ORDER BY mark.turn"
+    )
+    return tuple(
+        ClusterMark(row["id"], row["visit"], MarkKind(row["mark"]), row["count"])
+        for row in rows(database, sql, block, tag_id)
+    )
+
+
+def notes_on(database: Database, subject: EntryId) -> tuple[str, ...]:
+    """Notes about a row, the oldest first."""
+    sql = "SELECT text FROM note JOIN standing USING (id) WHERE subject = ? ORDER BY turn"
+    return tuple(row["text"] for row in rows(database, sql, subject))
+
+
+def captures_of_images(database: Database, left: str, right: str) -> tuple[EntryId, ...]:
+    """Captures with these two files: a second import of a pair adds nothing."""
+    sql = "SELECT id FROM capture WHERE left_file = ? AND right_file = ?"
+    return tuple(row["id"] for row in rows(database, sql, left, right))
+
+
+def _record(database: Database, row: dict[str, Any]) -> CaptureRecord:
+    return CaptureRecord(
+        id=row["id"],
+        visit=row["visit"],
+        day=_optional(row["day"], date.fromisoformat),
+        taken_at=datetime.fromisoformat(row["taken_at"]),
+        tag_id=row["tag_id"],
+        tag_expected=row["tag_expected"],
+        view=row["view"],
+        retake_of=row["retake_of"],
+        action=_optional(row["action"], Action),
+        answer=_optional(row["answer"], Answer),
+        decision=row["decision"],
+        left_file=row["left_file"],
+        right_file=row["right_file"],
+        reading=_summary(database, row) if row["reading"] else None,
+        notes=notes_on(database, row["id"]),
+    )
+
+
+def _summary(database: Database, row: dict[str, Any]) -> ReadingSummary:
+    return ReadingSummary(
+        id=row["reading"],
+        status=Status(row["status"]),
+        reasons=tuple(ReasonCode(code) for code in json.loads(row["reasons"])),
+        tag_read=row["tag_read"],
+        living=row["living"],
+        fruitlets=_fruitlets(database, row["id"], row["reading"]),
+        software_version=row["software_version"],
+    )
+
+
+def _fruitlets(database: Database, capture: EntryId, reading: EntryId) -> tuple[FruitletSeen, ...]:
+    marks: dict[int, list[MarkKind]] = {}
+    sql = "SELECT fruitlet, mark FROM fruitlet_mark_now WHERE reading = ? ORDER BY turn"
+    for mark in rows(database, sql, reading):
+        marks.setdefault(mark["fruitlet"], []).append(MarkKind(mark["mark"]))
+    return tuple(
+        FruitletSeen(
+            id=row["fruitlet"],
+            in_target=bool(row["in_target"]),
+            living=bool(row["living"]),
+            diameter_mm=row["diameter_mm"],
+            marks=tuple(dict.fromkeys(marks.get(row["fruitlet"], []))),
+        )
+        for row in rows(database, "SELECT * FROM fruitlet_now WHERE capture = ?", capture)
+    )
+
+
+def _optional(value: str | None, decode: Callable[[str], _Part]) -> _Part | None:
+    return None if value is None else decode(value)

@@ -1,0 +1,89 @@
+"""Brings a database file up to the present schema; never back.
+
+Each file `sql/<n>_<name>.sql` is one step and one transaction, counted by
+`user_version`.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+from sqlite_utils import Database
+
+from fieldcam.errors import DatabaseTooNew, StorageError
+from fieldcam.store.connection import APPLICATION_ID, storage_errors, writing
+
+
+@cache
+def steps() -> tuple[str, ...]:
+    """The SQL text of each step, the first one first."""
+    found = [f for f in (files("fieldcam.store") / "sql").iterdir() if f.name.endswith(".sql")]
+    ordered = sorted(found, key=lambda file: int(file.name.split("_")[0]))
+    return tuple(file.read_text(encoding="utf-8") for file in ordered)
+
+
+def migrate(database: Database, path: Path) -> int:
+    """Apply the steps that are missing; the version that the file has now."""
+    check_version(database, path)
+    for version in range(version_of(database) + 1, len(steps()) + 1):
+        _apply(database, version)
+    return version_of(database)
+
+
+def check_version(database: Database, path: Path) -> None:
+    """Refuse files of other programs and of newer versions of this one."""
+    with storage_errors(path):
+        (owner,) = database.execute("PRAGMA application_id").fetchone()
+        (tables,) = database.execute("SELECT count(*) FROM sqlite_schema").fetchone()
+        version = version_of(database)
+    if owner not in (0, APPLICATION_ID) or (owner == 0 and tables):
+        raise StorageError(
+            f"{path} is not a database of fieldcam.", "Name another folder with --data."
+        )
+    if version > len(steps()):
+        raise DatabaseTooNew(
+            f"{path} was written by a newer fieldcam (form {version};"
+            f" this one knows forms up to {len(steps())}).",
+            "Update fieldcam on this machine.",
+        )
+
+
+def version_of(database: Database) -> int:
+    """How many steps the file has been through."""
+    return int(database.execute("PRAGMA user_version").fetchone()[0])
+
+
+def _apply(database: Database, version: int) -> None:
+    with writing(database):
+        # Another process may have done this step while this one waited for the lock.
+        if version_of(database) >= version:
+            return
+        for statement in statements(steps()[version - 1]):
+            database.execute(statement)
+        _forbid_changes(database)
+        database.execute(f"PRAGMA application_id={APPLICATION_ID}")
+        database.execute(f"PRAGMA user_version={version}")
+
+
+def statements(script: str) -> Iterator[str]:
+    """The single statements of a script; `executescript` would end the transaction."""
+    pending = ""
+    for line in script.splitlines(keepends=True):
+        pending += line
+        if sqlite3.complete_statement(pending):
+            yield pending
+            pending = ""
+
+
+def _forbid_changes(database: Database) -> None:
+    for table in database.table_names():
+        for action in ("UPDATE", "DELETE"):
+            database.execute(
+                f"CREATE TRIGGER IF NOT EXISTS no_{action.lower()}_of_{table}"
+                f" BEFORE {action} ON {table} BEGIN"
+                f" SELECT RAISE(ABORT, 'rows of {table} are never changed'); END"
+            )

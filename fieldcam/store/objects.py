@@ -1,0 +1,53 @@
+"""Files named by the SHA-256 of their content, under `objects/`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from hashlib import file_digest, sha256
+from pathlib import Path
+
+from fieldcam.store.durable import fsync_folder, storage_error, write_durably
+
+
+@dataclass(frozen=True, slots=True)
+class Objects:
+    """The image files of a data folder."""
+
+    folder: Path
+    """The data folder."""
+
+    def keep(self, content: bytes, suffix: str) -> Path:
+        """Make content durable and give its file, which may have been there before."""
+        path = self.path(sha256(content).hexdigest() + suffix)
+        if not self._is_whole(path, len(content)):
+            write_durably(path, content)
+        return path
+
+    def path(self, name: str) -> Path:
+        """Where the file of this name lies."""
+        return self.folder / "objects" / name[:2] / name
+
+    def names(self) -> Iterator[Path]:
+        """All files, temporary ones apart."""
+        return (p for p in self.folder.glob("objects/*/*") if not p.name.startswith("."))
+
+    def is_intact(self, name: str) -> bool:
+        """Whether the file is there and its content is what its name says."""
+        try:
+            with self.path(name).open("rb") as stream:
+                return file_digest(stream, "sha256").hexdigest() == name.partition(".")[0]
+        except OSError:
+            return False
+
+    def _is_whole(self, path: Path, size: int) -> bool:
+        try:
+            if path.stat().st_size != size:
+                return False
+            # Whoever wrote it may not have got as far as making its name durable.
+            fsync_folder(path.parent)
+        except FileNotFoundError:
+            return False
+        except OSError as error:
+            raise storage_error(path, error) from error
+        return True

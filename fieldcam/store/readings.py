@@ -1,0 +1,80 @@
+"""Readings in and out of the database."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from typing import Any
+
+from sqlite_utils import Database
+
+from fieldcam.exchange.readings import dump_reading, load_reading
+from fieldcam.store.connection import rows
+from fieldcam.store.lookups import row_of
+from fieldcam.store.rows import EntryId
+from fieldcam.store.walk_rows import Reading
+from fieldcam.values import ClusterReading, Fruitlet
+
+
+@dataclass(frozen=True, slots=True)
+class AcceptedReading:
+    """A reading that counts for its cluster on its day."""
+
+    day: date
+    tag_id: int
+    capture: EntryId
+    reading: EntryId
+
+
+def reading_row(capture: EntryId, reading: ClusterReading, duration_ms: float) -> Reading:
+    """The row of a reading that took this long since its capture was saved."""
+    return Reading(
+        capture=capture,
+        document=dump_reading(reading),
+        schema_version=reading.schema_version,
+        tag_read=None if reading.tag is None else reading.tag.id,
+        status=reading.verdict.status.value,
+        reasons=tuple(reason.code.value for reason in reading.verdict.reasons),
+        target_count=len(reading.target),
+        sizes=tuple(_size(fruitlet) for fruitlet in reading.fruitlets),
+        models=dict(reading.models),
+        method=reading.settings.method.value,
+        stereo=reading.settings.stereo.value,
+        software_version=reading.software_version,
+        duration_ms=duration_ms,
+    )
+
+
+def stored_reading(database: Database, key: EntryId) -> ClusterReading:
+    """A whole reading, with masks, clouds and disparity."""
+    return load_reading(row_of(database, "reading", key)["document"])
+
+
+def accepted_readings(database: Database, block: EntryId) -> tuple[AcceptedReading, ...]:
+    """What the growth of a block is computed from, the earliest day first."""
+    found = rows(
+        database,
+        "SELECT visit.day, capture.tag_id, capture.id, capture.reading FROM capture_now AS capture"
+        " JOIN visit ON visit.id = capture.visit"
+        " WHERE visit.block = ? AND capture.action = 'accept'"
+        " AND capture.reading IS NOT NULL AND capture.tag_id IS NOT NULL"
+        " ORDER BY visit.day, capture.turn",
+        block,
+    )
+    return tuple(
+        AcceptedReading(date.fromisoformat(r["day"]), r["tag_id"], r["id"], r["reading"])
+        for r in found
+    )
+
+
+def _size(fruitlet: Fruitlet) -> dict[str, Any]:
+    x_px, y_px = fruitlet.center_px
+    diameter_mm = fruitlet.diameter_mm
+    return {
+        "id": fruitlet.id,
+        "in_target": fruitlet.in_target,
+        "cluster": fruitlet.cluster,
+        "diameter_mm": None if diameter_mm is None else float(diameter_mm),
+        "x_px": float(x_px),
+        "y_px": float(y_px),
+    }

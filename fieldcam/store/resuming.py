@@ -1,0 +1,172 @@
+"""Everything needed to go on where a walk stopped, after a crash or a reboot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from sqlite_utils import Database
+
+from fieldcam.store.captures import SavedCapture
+from fieldcam.store.connection import database_path, rows
+from fieldcam.store.objects import Objects
+from fieldcam.store.rows import EntryId
+from fieldcam.store.walk_rows import EventKind
+from fieldcam.store.walks import walk_route
+
+_UNDOABLE = (
+    "decision",
+    "skip",
+    "fruitlet_mark",
+    "tag_correction",
+    "target_correction",
+    "note",
+    "cluster",
+    "route",
+    "block_setting",
+    "spray",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Resumption:
+    """A visit that was not ended."""
+
+    block: EntryId
+    visit: EntryId
+    day: date
+    tag_id: int | None
+    """Where the operator stands: at the last picture until it is decided on."""
+    tree: EntryId | None
+    """The tree that is walked; new clusters are learned into it."""
+    undecided: tuple[EntryId, ...]
+    """Captures that wait for the operator's decision, the oldest first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """A picture that was saved and has no reading."""
+
+    saved: SavedCapture
+    visit: EntryId | None
+    tag_expected: int | None
+    failures: int
+    """How often its analysis failed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Undoable:
+    """The operator's newest row that still counts."""
+
+    id: EntryId
+    kind: str
+    """The row's table."""
+
+
+def resume(database: Database, visit: EntryId | None = None) -> Resumption | None:
+    """The visit that was walked last and not ended, or the named one."""
+    where = "visit.id = ?" if visit else f"? IS NULL AND NOT EXISTS ({_ENDED})"
+    sql = (
+        "SELECT visit.* FROM visit JOIN entry USING (id)"
+        f" WHERE {where} ORDER BY ({_LAST_TURN}) DESC LIMIT 1"
+    )
+    found = rows(database, sql, visit)
+    if not found:
+        return None
+    row = found[0]
+    tag_id, tree = _standing_at(database, row["id"])
+    return Resumption(
+        block=row["block"],
+        visit=row["id"],
+        day=date.fromisoformat(row["day"]),
+        tag_id=tag_id,
+        tree=tree,
+        undecided=_undecided(database, row["id"]),
+    )
+
+
+_ENDED = (
+    "SELECT 1 FROM event JOIN standing USING (id)"
+    f" WHERE event.visit = visit.id AND event.event = '{EventKind.VISIT_ENDED}'"
+)
+_LAST_TURN = (
+    "SELECT coalesce(max(other.turn), entry.turn) FROM capture"
+    " JOIN entry AS other ON other.id = capture.id WHERE capture.visit = visit.id"
+)
+
+
+def waiting_for_analysis(database: Database) -> tuple[Waiting, ...]:
+    """Saved pictures without a reading, the oldest first; discarded ones apart."""
+    found = rows(
+        database,
+        "SELECT *, (SELECT count(*) FROM analysis_failure WHERE capture = capture_now.id)"
+        " AS failures FROM capture_now"
+        " WHERE reading IS NULL AND action IS NOT 'discard' ORDER BY turn",
+    )
+    path = database_path(database)
+    return tuple(
+        Waiting(
+            saved=_saved(path, row["id"], row["left_file"], row["right_file"]),
+            visit=row["visit"],
+            tag_expected=row["tag_expected"],
+            failures=row["failures"],
+        )
+        for row in found
+    )
+
+
+def saved_capture(database: Database, capture: EntryId) -> SavedCapture | None:
+    """A stored pair as the analysis takes it."""
+    found = rows(database, "SELECT left_file, right_file FROM capture WHERE id = ?", capture)
+    if not found:
+        return None
+    return _saved(database_path(database), capture, found[0]["left_file"], found[0]["right_file"])
+
+
+def last_undoable(database: Database, device: EntryId, visit: EntryId) -> Undoable | None:
+    """What the undo key takes back: this device's newest standing word since the visit began."""
+    places = ", ".join("?" * len(_UNDOABLE))
+    sql = (
+        f"SELECT id, kind FROM standing WHERE device = ? AND kind IN ({places})"
+        " AND turn > (SELECT turn FROM entry WHERE id = ?) ORDER BY turn DESC LIMIT 1"
+    )
+    found = rows(database, sql, device, *_UNDOABLE, visit)
+    return Undoable(found[0]["id"], found[0]["kind"]) if found else None
+
+
+def _standing_at(database: Database, visit: EntryId) -> tuple[int | None, EntryId | None]:
+    """The later of the last picture and the last turn to another tag or tree."""
+    went = rows(
+        database,
+        "SELECT tag_id, tree, turn FROM event JOIN standing USING (id)"
+        f" WHERE visit = ? AND event = '{EventKind.WENT_TO}' ORDER BY turn DESC LIMIT 1",
+        visit,
+    )
+    taken = rows(
+        database,
+        "SELECT tag_id, action, turn FROM capture_now WHERE visit = ? AND tag_id IS NOT NULL"
+        " ORDER BY turn DESC LIMIT 1",
+        visit,
+    )
+    route = walk_route(database, visit)
+    if went and (not taken or went[0]["turn"] > taken[0]["turn"]):
+        tag_id = went[0]["tag_id"]
+    elif taken and taken[0]["action"] in (None, "retake"):
+        tag_id = taken[0]["tag_id"]
+    else:
+        tag_id = route.next_tag(taken[0]["tag_id"] if taken else None)
+    stop = None if tag_id is None else route.stop(tag_id)
+    if stop is not None and stop.tree is not None:
+        return tag_id, stop.tree
+    return tag_id, went[0]["tree"] if went else None
+
+
+def _undecided(database: Database, visit: EntryId) -> tuple[EntryId, ...]:
+    sql = "SELECT id FROM capture_now WHERE visit = ? AND action IS NULL ORDER BY turn"
+    return tuple(row["id"] for row in rows(database, sql, visit))
+
+
+def _saved(path: Path, key: EntryId, left: str, right: str) -> SavedCapture:
+    objects = Objects(path.parent)
+    return SavedCapture(key, objects.path(left), objects.path(right), path)

@@ -1,0 +1,114 @@
+"""What is checked when the app starts, and what a screen says about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from fieldcam.store.clock import now
+from fieldcam.store.connection import rows
+from fieldcam.store.durable import storage_error
+from fieldcam.store.integrity import Fault, FileProblem, check_files, quick_check
+from fieldcam.store.journal import Clock
+from fieldcam.store.orphans import adopt_pairs, adopt_recorded, keep_loose, orphans, sweep
+from fieldcam.store.rows import EntryId
+from fieldcam.store.store import Store
+
+CLOCK_TOLERANCE = timedelta(minutes=2)
+
+
+@dataclass(frozen=True, slots=True)
+class TakenUp:
+    """What a crash had left behind."""
+
+    swept: int = 0
+    """Temporary files, deleted."""
+    captures: tuple[EntryId, ...] = ()
+    """Pairs of files that had no row."""
+    loose: tuple[str, ...] = ()
+    """Single files that had no row."""
+    broken: tuple[FileProblem, ...] = ()
+    """Files without a row whose content is not what their name says; left alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class StartupReport:
+    """The state of a data folder; a damaged database raises StorageDamaged instead."""
+
+    taken_up: TakenUp
+    in_use: bool
+    """Another program writes here, so what a crash left was not looked for."""
+    problems: tuple[FileProblem, ...]
+    """Files that are missing or changed."""
+    copied: bool
+    """The folder comes from another machine, or its disk was cloned."""
+    clock_behind: timedelta | None
+    """How far the clock is before the newest row, where it is."""
+    reserve: bool
+    """Whether room is set aside for the last rows before the disk is full."""
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """One for each thing that the operator should know; none when all is well."""
+        return tuple(_sentences(self))
+
+
+def startup_check(store: Store, clock: Clock = now) -> StartupReport:
+    """Check the database and the files, and take up what a crash left behind."""
+    quick_check(store.database)
+    with store.lock.alone() as alone:
+        taken_up = _take_up(store) if alone else TakenUp()
+    return StartupReport(
+        taken_up=taken_up,
+        in_use=not alone,
+        problems=check_files(store.database, store.objects),
+        copied=store.identity.copied,
+        clock_behind=_clock_behind(store, clock),
+        reserve=store.space.set_aside(),
+    )
+
+
+def _take_up(store: Store) -> TakenUp:
+    try:
+        swept = sweep(store.folder.path)
+        recorded = adopt_recorded(store)
+        found = orphans(store)
+        intact = [path for path in found if store.objects.is_intact(path.name)]
+        paired = adopt_pairs(store, intact)
+        left_over = set(orphans(store))
+        loose = keep_loose(store, (path for path in intact if path in left_over))
+    except OSError as error:
+        raise storage_error(Path(error.filename or store.folder.path), error) from error
+    broken = tuple(FileProblem(None, p.name, Fault.CHANGED) for p in found if p not in set(intact))
+    return TakenUp(swept, recorded + paired, loose, broken)
+
+
+def _clock_behind(store: Store, clock: Clock) -> timedelta | None:
+    newest = rows(store.database, "SELECT max(at_utc) AS at FROM entry")[0]["at"]
+    behind = datetime.fromisoformat(newest) - clock().utc
+    return behind if behind > CLOCK_TOLERANCE else None
+
+
+def _sentences(report: StartupReport) -> Iterator[str]:
+    taken_up = report.taken_up
+    if taken_up.captures:
+        yield f"Pictures taken up that a crash had left without a row: {len(taken_up.captures)}."
+    if taken_up.loose:
+        yield f"Single images kept without their other eye: {len(taken_up.loose)}."
+    broken = [*taken_up.broken, *(p for p in report.problems if p.fault is Fault.CHANGED)]
+    if broken:
+        yield f"Image files that are not what was saved: {len(broken)}; first {broken[0].name}."
+    missing = [p for p in report.problems if p.fault is Fault.MISSING]
+    if missing:
+        yield f"Image files that are missing: {len(missing)}; first {missing[0].name}."
+    if report.copied:
+        yield "This data folder comes from another machine; its rows are counted anew here."
+    if report.clock_behind is not None:
+        hours = report.clock_behind.total_seconds() / 3600
+        yield f"The clock is {hours:.1f} h before the newest picture: set it before the walk."
+    if report.in_use:
+        yield "Another fieldcam has this data folder open."
+    if not report.reserve:
+        yield "The disk is nearly full."

@@ -1,0 +1,204 @@
+"""The store: a data folder with its database, opened to write.
+
+Image files first, each durable, then one transaction; when `save` returns, no
+crash can lose the capture. Threads may share a store: each gets a connection of
+its own, so that reading for the screen never waits for writing.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from datetime import date
+from pathlib import Path
+from types import TracebackType
+from typing import Self, TypeVar
+from weakref import WeakSet
+
+from sqlite_utils import Database
+
+from fieldcam.errors import StorageError, StorageFull
+from fieldcam.store.captures import SavedCapture, camera_facts, keep_image, refuse_other_kind
+from fieldcam.store.clock import Moment, now
+from fieldcam.store.connection import connect, rows, writing
+from fieldcam.store.folder import DataFolder, DataKind, open_data_folder
+from fieldcam.store.identity import Identity, identify
+from fieldcam.store.journal import Clock, append
+from fieldcam.store.judgement_rows import Undo
+from fieldcam.store.lock import FolderLock
+from fieldcam.store.migrations import migrate
+from fieldcam.store.objects import Objects
+from fieldcam.store.orchard_rows import Block, Operator, Tree
+from fieldcam.store.rows import Draft, EntryId, Row, new_id
+from fieldcam.store.space import Space
+from fieldcam.store.walk_rows import Capture, Event, EventKind, Visit
+from fieldcam.values import RawPair
+
+DATABASE_NAME = "fieldcam.db"
+_Result = TypeVar("_Result")
+
+
+class Store:
+    """An open data folder; `open_store` makes one."""
+
+    def __init__(
+        self, folder: DataFolder, lock: FolderLock, space: Space, clock: Clock = now
+    ) -> None:
+        self.folder = folder
+        self.lock = lock
+        self.space = space
+        self.objects = Objects(folder.path)
+        self.database_path = folder.path / DATABASE_NAME
+        self.operator: EntryId | None = None
+        """Who the rows are written by; None: unknown."""
+        self._clock = clock
+        self._local = threading.local()
+        self._open: WeakSet[Database] = WeakSet()
+        migrate(self.database, self.database_path)
+        self.identity: Identity = self._with_reserve(lambda: identify(self.database, clock=clock))
+
+    @property
+    def database(self) -> Database:
+        """The calling thread's connection."""
+        found: Database | None = getattr(self._local, "database", None)
+        if found is None:
+            found = self._local.database = connect(self.database_path)
+            self._open.add(found)
+        return found
+
+    def append(self, *entries: Row | Draft, why: str | None = None) -> tuple[EntryId, ...]:
+        """Write rows in one transaction; when this returns, they are durable.
+
+        On a full disk the reserve is given up for them.
+        """
+        return self._with_reserve(
+            lambda: append(
+                self.database,
+                self.identity.device,
+                *entries,
+                who=self.operator,
+                why=why,
+                clock=self._clock,
+            )
+        )
+
+    def undo(self, entry: EntryId, why: str | None = None) -> EntryId:
+        """Let a decision, mark, correction, skip or note count no more."""
+        return self.append(Undo(entry), why=why)[0]
+
+    def redo(self, entry: EntryId, why: str | None = None) -> EntryId:
+        """Let it count again."""
+        return self.append(Undo(entry, undone=False), why=why)[0]
+
+    def save(
+        self,
+        raw: RawPair,
+        *,
+        visit: EntryId | None = None,
+        tag_expected: int | None = None,
+        view: int = 1,
+        retake_of: EntryId | None = None,
+        shutter: Moment | None = None,
+    ) -> SavedCapture:
+        """Make a raw pair durable, with the time of its shutter where that is known."""
+        refuse_other_kind(self.folder, raw.simulated)
+        self.space.check()
+        left, right = keep_image(self.objects, raw.left), keep_image(self.objects, raw.right)
+        capture = Capture(
+            visit=visit,
+            tag_expected=tag_expected,
+            view=view,
+            retake_of=retake_of,
+            left_file=left.name,
+            right_file=right.name,
+            left_bytes=left.stat().st_size,
+            right_bytes=right.stat().st_size,
+            **camera_facts(raw),
+        )
+        return self.add_capture(capture, shutter)
+
+    def add_capture(self, capture: Capture, shutter: Moment | None = None) -> SavedCapture:
+        """Write the row of a pair whose image files are durable already."""
+        refuse_other_kind(self.folder, capture.simulated)
+        draft = Draft(capture, new_id())
+        event = Event(EventKind.SHUTTER, capture.visit, draft.id, capture.tag_expected)
+        shots = () if shutter is None else (Draft(event, new_id(), shutter),)
+        self.append(draft, *shots)
+        left, right = self.objects.path(capture.left_file), self.objects.path(capture.right_file)
+        return SavedCapture(draft.id, left, right, self.database_path)
+
+    def sign_in(self, name: str) -> EntryId:
+        """Rows are by this operator from now on."""
+        self.operator = self._known_or_new(Operator(name), "name = ?", name)
+        return self.operator
+
+    def block(self, block: Block) -> EntryId:
+        """The block of this name, made when it is new."""
+        if not block.name.strip():
+            raise StorageError("A block needs a name.")
+        return self._known_or_new(block, "name = ?", block.name)
+
+    def tree(self, block: EntryId, label: str) -> EntryId:
+        """The tree of this label, made when it is new."""
+        return self._known_or_new(Tree(block, label), "block = ? AND label = ?", block, label)
+
+    def visit(self, block: EntryId, day: date) -> EntryId:
+        """The block's visit of this day, made when it is new."""
+        where = "block = ? AND day = ?"
+        return self._known_or_new(Visit(block, day), where, block, day.isoformat())
+
+    def close(self) -> None:
+        """Close all connections; closing twice is fine."""
+        for database in tuple(self._open):
+            database.close()
+        self._local = threading.local()
+        self.lock.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _known_or_new(self, row: Row, where: str, *parameters: str) -> EntryId:
+        """Looked up and written under one lock, so that two processes make only one."""
+        sql = (
+            f"SELECT id FROM {row.table} JOIN standing USING (id)"
+            f" WHERE {where} ORDER BY turn, id LIMIT 1"
+        )
+
+        def look_up_or_append() -> EntryId:
+            with writing(self.database):
+                found = rows(self.database, sql, *parameters)
+                return found[0]["id"] if found else self.append(row)[0]
+
+        return self._with_reserve(look_up_or_append)
+
+    def _with_reserve(self, action: Callable[[], _Result]) -> _Result:
+        inside = self.database.conn.in_transaction
+        try:
+            return action()
+        except StorageFull:
+            # A transaction that was begun further out cannot be gone on with.
+            if inside or not self.space.release():
+                raise
+            return action()
+
+
+def open_store(path: Path, kind: DataKind, clock: Clock = now, space: Space | None = None) -> Store:
+    """Open the data folder at `path` to write; it is made when it is missing."""
+    folder = open_data_folder(path, kind)
+    lock = FolderLock(path)
+    space = space or Space(path)
+    try:
+        store = Store(folder, lock, space, clock)
+    except BaseException:
+        lock.close()
+        raise
+    space.set_aside()
+    return store

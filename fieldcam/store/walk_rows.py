@@ -1,0 +1,126 @@
+"""Rows about what happens on a walk: visits, captures, readings, events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from enum import StrEnum
+from typing import Any, ClassVar
+
+from fieldcam.store.rows import EntryId, Row
+
+
+class EventKind(StrEnum):
+    """Something whose time is worth keeping."""
+
+    SHUTTER = "shutter"
+    SAVED = "saved"
+    """Only where the time after the commit matters: the capture's own row says when it began."""
+    VERDICT_SHOWN = "verdict_shown"
+    ACCEPTED = "accepted"
+    """Only where a screen wants it apart from the decision's own row."""
+    WENT_TO = "went_to"
+    """The operator turned to another tag or tree than the route's next."""
+    VISIT_ENDED = "visit_ended"
+
+
+class ObjectRole(StrEnum):
+    """Why a file is kept that no capture names."""
+
+    LOOSE_IMAGE = "loose_image"
+    CALIBRATION = "calibration"
+
+
+@dataclass(frozen=True, slots=True)
+class Visit(Row):
+    """A walk of a block on a day."""
+
+    table: ClassVar[str] = "visit"
+    block: EntryId
+    day: date
+
+
+@dataclass(frozen=True, slots=True)
+class Capture(Row):
+    """A pair of image files; see RawPair for the camera's facts."""
+
+    table: ClassVar[str] = "capture"
+    visit: EntryId | None
+    tag_expected: int | None
+    view: int
+    """1 for the first picture of a cluster on a visit."""
+    retake_of: EntryId | None
+    left_file: str
+    """SHA-256 and ending; the file lies under `objects/`."""
+    right_file: str
+    left_bytes: int
+    right_bytes: int
+    pixel_format: str
+    taken_at: str
+    """ISO 8601 with offset, of the host."""
+    left_timestamp_ns: int
+    right_timestamp_ns: int
+    left_serial: str
+    right_serial: str
+    trigger_ordinal: int
+    simulated: bool
+    source: str | None = None
+    """Where an imported pair came from."""
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectFile(Row):
+    """A file under `objects/` that no capture names."""
+
+    table: ClassVar[str] = "object_file"
+    file: str
+    bytes: int
+    role: ObjectRole
+
+
+@dataclass(frozen=True, slots=True)
+class Reading(Row):
+    """What the analysis said about a capture; the columns repeat parts of the document."""
+
+    table: ClassVar[str] = "reading"
+    capture: EntryId
+    document: str
+    """A ClusterReading, as exchange.readings writes it."""
+    schema_version: int
+    tag_read: int | None
+    status: str
+    reasons: tuple[str, ...]
+    """Reason codes."""
+    target_count: int
+    """Fruitlets of the tagged cluster, sized or not."""
+    sizes: tuple[dict[str, Any], ...]
+    """For each fruitlet: id, in_target, cluster, diameter_mm or None, x_px, y_px."""
+    models: dict[str, str]
+    method: str
+    stereo: str
+    software_version: str
+    duration_ms: float
+    """From saved to reading."""
+
+
+@dataclass(frozen=True, slots=True)
+class AnalysisFailure(Row):
+    """The analysis gave no reading of a capture."""
+
+    table: ClassVar[str] = "analysis_failure"
+    capture: EntryId
+    cause: str
+    """A short code, such as `crashed` or `too_slow`."""
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Event(Row):
+    """Something happened; when is in the row's entry."""
+
+    table: ClassVar[str] = "event"
+    event: EventKind
+    visit: EntryId | None = None
+    capture: EntryId | None = None
+    tag_id: int | None = None
+    tree: EntryId | None = None
