@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
@@ -12,12 +12,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from made_readings import CAMERA, disc_mask, made_fruitlet, made_reading
+from made_readings import CAMERA, TAG, disc_mask, made_fruitlet, made_reading
 
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
 from fieldcam.cli import main
 from fieldcam.errors import CameraUnplugged, ExitCode
 from fieldcam.simulator import Block
+from fieldcam.store.connection import connect_read_only, rows
+from fieldcam.store.objects import Objects
+from fieldcam.store.store import DATABASE_NAME
 from fieldcam.values import (
     Calibration,
     ClusterReading,
@@ -64,7 +67,11 @@ class FakePipeline:
         settings: Settings,
     ) -> ClusterReading:
         self.asked.append(expectation)
-        return made_reading([made_fruitlet(0, (100.0, 100.0), 9.1)], expectation=expectation)
+        assert expectation.tag_id is not None
+        fruitlets = [made_fruitlet(0, (100.0, 100.0), 9.1)]
+        return made_reading(
+            fruitlets, tag=replace(TAG, id=expectation.tag_id), expectation=expectation
+        )
 
 
 @pytest.fixture
@@ -126,9 +133,15 @@ def test_every_picture_is_kept_and_marked_as_simulated(
     tmp_path: Path, pipeline: FakePipeline
 ) -> None:
     main([*WALK, "--data", str(tmp_path)])
-    records = [json.loads(path.read_text()) for path in (tmp_path / "captures").iterdir()]
-    assert len(records) == 4
-    assert all(record["simulated"] for record in records)
+    database = connect_read_only(tmp_path / DATABASE_NAME)
+    kept = rows(
+        database,
+        "SELECT simulated, left_file, status FROM capture JOIN reading"
+        " ON reading.capture = capture.id",
+    )
+    assert len(kept) == 4
+    assert all(row["simulated"] == 1 for row in kept)
+    assert all(Objects(tmp_path).path(row["left_file"]).is_file() for row in kept)
 
 
 def test_a_folder_of_real_captures_takes_no_demo(

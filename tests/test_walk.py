@@ -57,11 +57,17 @@ class FakeStore:
         self._log = log
         self._error = error
 
-    def save(self, raw: RawPair) -> SavedCapture:
+    def save(self, raw: RawPair, expectation: Expectation) -> SavedCapture:
         if self._error is not None:
             raise self._error
         self._log.append("save")
         return SavedCapture(str(len(self._log)), Path("l"), Path("r"), Path("c"))
+
+    def keep(self, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:
+        self._log.append("keep")
+
+    def fail(self, saved: SavedCapture, error: FieldcamError) -> None:
+        self._log.append(f"fail: {error.message}")
 
 
 class FakeAnalyst:
@@ -82,7 +88,7 @@ def test_each_pair_is_saved_before_it_is_analysed() -> None:
     log: list[str] = []
     visits = [Expectation(8), Expectation(9)]
     events = list(walk(FakeCamera(log, 2), FakeStore(log), FakeAnalyst(log), visits))
-    assert log == ["capture", "save", "analyse"] * 2
+    assert log == ["capture", "save", "analyse", "keep"] * 2
     assert [type(event) for event in events] == [Saved, Analysed] * 2
 
 
@@ -100,6 +106,7 @@ def test_a_failed_analysis_keeps_the_picture_and_the_walk() -> None:
     assert [type(event) for event in events] == [Saved, NotAnalysed] * 2
     saved, failed = events[:2]
     assert saved.capture == failed.capture
+    assert log[-1] == "fail: No network."
 
 
 def test_an_expectation_may_depend_on_the_visit_before() -> None:

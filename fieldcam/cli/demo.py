@@ -5,18 +5,22 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, count, positive_count
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import checked_models
 from fieldcam.models import Models
-from fieldcam.values import Expectation, Settings
+from fieldcam.values import Settings, Status
 
 if TYPE_CHECKING:
-    from fieldcam.camera.simulated import SimulatedVisit
+    from fieldcam.camera.simulated import SimulatedCamera
     from fieldcam.report.scoring import Scored, ScoredCapture
+    from fieldcam.session.recording import StoredVisit
+    from fieldcam.session.walk import Analyst
     from fieldcam.simulator import Block
+    from fieldcam.store.store import Store
 
 RENDER_DEADLINE_S = 120.0
 """Rendering takes seconds, more on a busy machine; a real camera has no such excuse."""
@@ -70,38 +74,49 @@ def _walk(arguments: argparse.Namespace, block: Block, models: Models) -> Iterat
     """All captures that could be read, as they come; the others are narrated."""
     from fieldcam.analysis.direct import DirectAnalyst
     from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
-    from fieldcam.report.scoring import score_capture
-    from fieldcam.session.walk import Analysed, NotAnalysed, walk
     from fieldcam.simulator import calibration_of
-    from fieldcam.store.captures import CaptureFolder
-    from fieldcam.store.folder import DataKind, data_path, open_data_folder
+    from fieldcam.store.folder import DataKind, data_path
+    from fieldcam.store.store import open_store
     from fieldcam.vision.pipeline import Pipeline
 
-    path = data_path(arguments.data, DataKind.SIMULATED)
-    store = CaptureFolder(open_data_folder(path, DataKind.SIMULATED))
     analyst = DirectAnalyst(Pipeline.from_models(models), calibration_of(block), Settings())
     clusters = range(len(block.clusters))
-    visits = [SimulatedVisit(index, day) for day in arguments.days for index in clusters]
-    counted: dict[int, int] = {}
-    expectations = _expectations(block, visits, counted)
-    with SimulatedCamera(block, visits) as camera:
-        for event in walk(camera, store, analyst, expectations, RENDER_DEADLINE_S):
-            visit, truth = camera.last.visit, camera.last.capture.truth
-            if isinstance(event, NotAnalysed):
-                narrate(f"Tag {truth.tag_id}, day {visit.day}: {event.error}")
-            elif isinstance(event, Analysed):
-                counted[truth.tag_id] = len(event.reading.target)
-                scored = score_capture(event.reading, truth)
-                yield _Stop(truth.tag_id, visit.day, scored, event.duration_ms)
+    pictures = [SimulatedVisit(index, day) for day in arguments.days for index in clusters]
+    path = data_path(arguments.data, DataKind.SIMULATED)
+    with open_store(path, DataKind.SIMULATED) as store, SimulatedCamera(block, pictures) as camera:
+        for visit in _visits(store, block, arguments.days):
+            yield from _walk_once(camera, visit, analyst, block)
 
 
-def _expectations(
-    block: Block, visits: Sequence[SimulatedVisit], counted: Mapping[int, int]
-) -> Iterator[Expectation]:
-    """What is known before each visit; `counted` grows while they are consumed."""
-    for visit in visits:
-        tag_id = block.clusters[visit.cluster_index].tag_id
-        yield Expectation(tag_id, counted.get(tag_id))
+def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredVisit]:
+    """One visit of the block for each day."""
+    from fieldcam.session.recording import StoredVisit
+    from fieldcam.simulator.capture import FIRST_DAY
+    from fieldcam.store import orchard_rows
+
+    name = f"Simulated row {block.seed}, {len(block.clusters)} clusters"
+    store.sign_in("demo")
+    stored = store.block(orchard_rows.Block(name))
+    for day in days:
+        yield StoredVisit(store, store.visit(stored, (FIRST_DAY + timedelta(days=day)).date()))
+
+
+def _walk_once(
+    camera: SimulatedCamera, visit: StoredVisit, analyst: Analyst, block: Block
+) -> Iterator[_Stop]:
+    """One picture of each cluster; those that need no retake are accepted."""
+    from fieldcam.report.scoring import score_capture
+    from fieldcam.session.walk import Analysed, NotAnalysed, walk
+
+    expected = (visit.expectation(cluster.tag_id) for cluster in block.clusters)
+    for event in walk(camera, visit, analyst, expected, RENDER_DEADLINE_S):
+        day, truth = camera.last.visit.day, camera.last.capture.truth
+        if isinstance(event, NotAnalysed):
+            narrate(f"Tag {truth.tag_id}, day {day}: {event.error}")
+        elif isinstance(event, Analysed):
+            if event.reading.verdict.status is not Status.RETAKE:
+                visit.accept(event.capture)
+            yield _Stop(truth.tag_id, day, score_capture(event.reading, truth), event.duration_ms)
 
 
 def _stop_lines(stop: _Stop) -> list[str]:

@@ -22,11 +22,19 @@ DEADLINE_S = 5.0
 """How long a triggered pair may take to arrive."""
 
 
-class CaptureStore(Protocol):
-    """Where raw pairs go before anything else happens to them."""
+class VisitRecord(Protocol):
+    """What is kept of one visit of a block."""
 
-    def save(self, raw: RawPair) -> SavedCapture:
-        """Make the pair durable."""
+    def save(self, raw: RawPair, expectation: Expectation) -> SavedCapture:
+        """Make the pair durable, before anything else happens to it."""
+        ...
+
+    def keep(self, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:
+        """Keep what a saved pair says."""
+        ...
+
+    def fail(self, saved: SavedCapture, error: FieldcamError) -> None:
+        """Keep why a saved pair says nothing."""
         ...
 
 
@@ -69,33 +77,36 @@ WalkEvent = Saved | Analysed | NotAnalysed
 
 def walk(
     camera: FlashStereoDevice,
-    store: CaptureStore,
+    record: VisitRecord,
     analyst: Analyst,
-    visits: Iterable[Expectation],
+    clusters: Iterable[Expectation],
     deadline_s: float = DEADLINE_S,
 ) -> Iterator[WalkEvent]:
-    """Take one capture for each visit and yield what happens, as it happens.
+    """Take one capture of each cluster and yield what happens, as it happens.
 
-    `visits` is consumed one at a time, after the events of the visit before, so
-    that it may depend on them.
+    `clusters` is consumed one at a time, after the events of the cluster before,
+    so that it may depend on them.
     """
-    for expectation in visits:
+    for expectation in clusters:
         raw = camera.capture(deadline_s)
         started = perf_counter()
-        saved = store.save(raw)
+        saved = record.save(raw, expectation)
         yield Saved(saved, _since_ms(started))
-        yield _analyse(analyst, saved, expectation)
+        yield _analyse(record, analyst, saved, expectation)
 
 
 def _analyse(
-    analyst: Analyst, saved: SavedCapture, expectation: Expectation
+    record: VisitRecord, analyst: Analyst, saved: SavedCapture, expectation: Expectation
 ) -> Analysed | NotAnalysed:
     started = perf_counter()
     try:
         reading = analyst.analyse(saved, expectation)
     except FieldcamError as error:
+        record.fail(saved, error)
         return NotAnalysed(saved, error)
-    return Analysed(saved, reading, _since_ms(started))
+    duration_ms = _since_ms(started)
+    record.keep(saved, reading, duration_ms)
+    return Analysed(saved, reading, duration_ms)
 
 
 def _since_ms(started: float) -> float:

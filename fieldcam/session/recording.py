@@ -1,0 +1,46 @@
+"""Writes what happens on one visit into the store."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fieldcam.errors import FieldcamError
+from fieldcam.store.captures import SavedCapture
+from fieldcam.store.clock import now
+from fieldcam.store.judgement_rows import Action, Decision
+from fieldcam.store.readings import reading_row
+from fieldcam.store.rows import EntryId
+from fieldcam.store.store import Store
+from fieldcam.store.walk_rows import AnalysisFailure
+from fieldcam.store.walks import expectation
+from fieldcam.values import ClusterReading, Expectation, RawPair
+
+
+@dataclass(frozen=True, slots=True)
+class StoredVisit:
+    """One visit of a block in an open store."""
+
+    store: Store
+    visit: EntryId
+
+    def expectation(self, tag_id: int) -> Expectation:
+        """What is known about a cluster from its last accepted visit."""
+        return expectation(self.store.database, self.visit, tag_id)
+
+    def save(self, raw: RawPair, expectation: Expectation) -> SavedCapture:
+        """Make the pair durable; the shutter's time is that of this call."""
+        return self.store.save(
+            raw, visit=self.visit, tag_expected=expectation.tag_id, shutter=now()
+        )
+
+    def keep(self, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:
+        """Keep a reading of a saved pair."""
+        self.store.append(reading_row(saved.key, reading, duration_ms))
+
+    def fail(self, saved: SavedCapture, error: FieldcamError) -> None:
+        """Keep why a saved pair has no reading."""
+        self.store.append(AnalysisFailure(saved.key, type(error).__name__, error.message))
+
+    def accept(self, saved: SavedCapture) -> None:
+        """The operator's word that this picture counts."""
+        self.store.append(Decision(saved.key, Action.ACCEPT))
