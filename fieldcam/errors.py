@@ -97,6 +97,10 @@ class StorageFull(StorageError):
     """There is no room left to save a capture."""
 
 
+class OutputLost(StorageError):
+    """What a command printed could not be written where it was sent."""
+
+
 class StorageBusy(StorageError):
     """Another program keeps the database locked."""
 

@@ -200,7 +200,10 @@ def _manifest(folder: Path) -> dict[str, Any]:
             "Reinstall fieldcam.",
         ) from error
     except ValueError as error:
-        raise ModelMissing(f"The networks' manifest {path} is damaged: {error}.") from error
+        raise ModelMissing(
+            f"The networks' manifest {path} is damaged: {error}.",
+            "Reinstall fieldcam; or, for networks of your own, remove that folder and add them.",
+        ) from error
     if not isinstance(manifest, dict) or manifest.get("schema") != MANIFEST_SCHEMA:
         raise ModelMissing(f"The networks' manifest {path} is of a version unknown here.")
     return manifest

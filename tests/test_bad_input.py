@@ -313,14 +313,31 @@ def test_a_network_with_one_changed_byte_is_refused(
 
 
 @pytest.mark.parametrize("role", ["segmentation", "stereo"])
-def test_a_network_in_the_others_place_is_refused(
+def test_a_file_that_cannot_take_a_networks_role_is_refused_and_not_added(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, role: str
 ) -> None:
-    models = find_models()
-    wrong = models.stereo if role == "segmentation" else models.segmentation
+    models, data = find_models(), tmp_path / "data"
+    other = models.stereo if role == "segmentation" else models.segmentation
+    (tmp_path / "hello.onnx").write_text("hello")
+    for wrong in (other.path, tmp_path / "hello.onnx"):
+        assert wrong.name in refused(capsys, "models", "add", role, wrong, "--data", data)
+    assert not data.exists()
+
+
+@pytest.mark.parametrize("size_px", [(1, 1), (1, 50), (50, 1), (2, 2), (1000, 2), (9, 9), (10, 10)])
+def test_a_tiny_image_holds_no_tag(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, size_px: tuple[int, int]
+) -> None:
+    image = tmp_path / "tiny.png"
+    write_png(image, np.zeros(size_px, np.uint8))
+    assert main(["tags", str(image), "--json"]) == ExitCode.OK
+    assert json.loads(capsys.readouterr().out) == {"tags": []}
+
+
+def test_a_search_beyond_the_image_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     image, out = tmp_path / "image.png", tmp_path / "out.npy"
     write_png(image, noise()[:96, :128])
-    assert main(["models", "add", role, str(wrong.path)]) == ExitCode.OK
-    capsys.readouterr()
-    use = ["segment", image] if role == "segmentation" else ["disparity", image, image, out]
-    refused(capsys, *use)
+    said = refused(capsys, "disparity", image, image, out, "--max-disparity", 999_999)
+    assert "128 px" in said

@@ -19,7 +19,7 @@ from made_readings import made_fruitlet, made_reading
 from fieldcam.cli import main
 from fieldcam.errors import ExitCode
 from fieldcam.exchange.images import read_image
-from fieldcam.models import RENDERED_ONLY
+from fieldcam.models import RENDERED_ONLY, find_models
 from fieldcam.values import (
     Calibration,
     ClusterReading,
@@ -345,7 +345,7 @@ def test_models_list_verify_and_add(capsys: Capture, tmp_path: Path, data: Path)
     code, out, _ = run(capsys, "models", "verify", "--json", "--data", data)
     assert code == ExitCode.OK and json.loads(out)["ok"] is True
     better = tmp_path / "better.onnx"
-    better.write_bytes(b"better weights")
+    better.write_bytes(find_models().stereo.path.read_bytes())
     code, out, _ = run(capsys, "models", "add", "stereo", better, "--json", "--data", data)
     assert code == ExitCode.OK
     _, listed, _ = run(capsys, "models", "list", "--json", "--data", data)

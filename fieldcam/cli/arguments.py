@@ -12,6 +12,7 @@ from fieldcam.errors import BadInput
 
 Subparsers = argparse._SubParsersAction  # argparse has no public name for it
 Handler = Callable[[argparse.Namespace], None]
+HIGHEST_TAG_ID = 586
 
 
 class Parser(argparse.ArgumentParser):
@@ -55,6 +56,14 @@ def positive_count(text: str) -> int:
 def count(text: str) -> int:
     """An argparse type for counts that may be zero."""
     return _whole_number(text, 0)
+
+
+def tag_id(text: str) -> int:
+    """An argparse type for an id of the family tag36h11."""
+    found = _whole_number(text, 0)
+    if found > HIGHEST_TAG_ID:
+        raise argparse.ArgumentTypeError(f"{text!r} is no tag36h11: they end at {HIGHEST_TAG_ID}")
+    return found
 
 
 def _whole_number(text: str, least: int) -> int:

@@ -4,15 +4,35 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
+
+from fieldcam.errors import OutputLost
 
 JUSTIFIERS = {"<": str.ljust, ">": str.rjust}
 
 
 def emit(text: str) -> None:
     """A line of the result."""
-    sys.stdout.write(f"{text}\n")
+    with _output():
+        sys.stdout.write(f"{text}\n")
+
+
+def flush() -> None:
+    """Hand over what was emitted; only then is it known to have arrived."""
+    with _output():
+        sys.stdout.flush()
+
+
+@contextmanager
+def _output() -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OutputLost(f"The result could not be written: {error.strerror}.") from error
 
 
 def emit_json(document: Mapping[str, Any]) -> None:

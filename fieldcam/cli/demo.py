@@ -41,8 +41,8 @@ class _Stop:
 def register(commands: Subparsers[Parser]) -> None:
     demo = add_command(commands, "demo", "walk a simulated row, sizes beside the truth", _demo)
     demo.add_argument("--headless", action="store_true", help="without a screen")
-    demo.add_argument("--clusters", type=positive_count, default=4, metavar="N")
-    demo.add_argument("--days", type=_days, default=(0, 2, 4), metavar="0,2,4")
+    demo.add_argument("--clusters", type=positive_count, default=4, metavar="N", help="of the row")
+    demo.add_argument("--days", type=_days, default=(0, 2, 4), metavar="0,2,4", help="when")
     demo.add_argument("--seed", type=count, default=1, metavar="N", help="which orchard")
     add_json(demo)
 
@@ -184,7 +184,7 @@ def _summary_lines(figures: Mapping[str, Any]) -> list[str]:
         return "-" if figures[name] is None else f"{figures[name]:{form}} mm"
 
     return [
-        f"{figures['captures']} captures, {figures['sizes']} sizes, {figures['retakes']} retakes",
+        f"captures {figures['captures']}, sizes {figures['sizes']}, retakes {figures['retakes']}",
         f"error: mean {millimetres('mae_mm')}, bias {millimetres('bias_mm', '+.2f')},"
         f" 95 % within {millimetres('p95_mm')}",
         f"sized: {share('sized_share_well_visible')} of the fruitlets at least 60 % visible,"

@@ -12,8 +12,8 @@ from pathlib import Path
 from fieldcam import __version__
 from fieldcam.cli import demo, doctor, models, sizing, stages
 from fieldcam.cli.arguments import Parser
-from fieldcam.cli.console import emit, narrate
-from fieldcam.errors import ExitCode, FieldcamError
+from fieldcam.cli.console import emit, flush, narrate
+from fieldcam.errors import ExitCode, FieldcamError, OutputLost
 
 GROUPS = (sizing, stages, demo, models, doctor)
 INTERRUPTED = 130
@@ -27,8 +27,13 @@ def entry_point() -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; gives its exit status."""
+    _open_closed_streams()
     try:
         return _run(argv)
+    except OutputLost as error:
+        _discard_output()
+        narrate(f"fieldcam: {error}")
+        return error.exit_code
     except FieldcamError as error:
         narrate(f"fieldcam: {error}")
         return error.exit_code
@@ -38,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         # The reader of our output went away, as `| head` does. Python would complain
         # again when it flushes at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
         return ExitCode.OK
     except Exception as error:  # the process edge: nothing may reach the operator as a traceback
         log = _record_defect()
@@ -57,8 +62,19 @@ def _run(argv: Sequence[str] | None) -> int:
         emit("The screens are not part of this version; `fieldcam demo` walks a simulated row.")
         return ExitCode.OK
     arguments.handler(arguments)
-    sys.stdout.flush()
+    flush()
     return ExitCode.OK
+
+
+def _open_closed_streams() -> None:
+    """Python has None for a stream that was closed before it started."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 (it is the stream)
+
+
+def _discard_output() -> None:
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def build_parser() -> Parser:

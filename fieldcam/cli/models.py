@@ -8,6 +8,7 @@ from typing import Any
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
 from fieldcam.cli.console import emit, emit_json, narrate, table
+from fieldcam.cli.networks import check_network
 from fieldcam.errors import ModelMissing
 from fieldcam.models import ModelFile, Role, add_model, find_models, verify_model
 from fieldcam.store.folder import data_path
@@ -55,6 +56,7 @@ def _verify(arguments: argparse.Namespace) -> None:
 
 
 def _add(arguments: argparse.Namespace) -> None:
+    check_network(arguments.role, arguments.file)
     added = add_model(arguments.role, arguments.file, data_path(arguments.data))
     if arguments.json:
         emit_json(_entry(added))

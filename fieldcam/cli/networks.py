@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fieldcam.models import Models, find_models, verify_model
+from fieldcam.models import Models, Role, find_models, verify_model
 from fieldcam.store.folder import data_path
 
 if TYPE_CHECKING:
@@ -19,6 +19,17 @@ def checked_models(data: Path | None) -> Models:
     for model in models.files:
         verify_model(model)
     return models
+
+
+def check_network(role: Role, path: Path) -> None:
+    """Raise unless the file is a network that can take this role."""
+    from fieldcam.vision import raft, segmentation
+    from fieldcam.vision.onnx_session import OnnxModel
+
+    if not path.is_file() or path.stat().st_size == 0:
+        return  # `add_model` says what is wrong with it
+    signature = segmentation.SIGNATURE if role is Role.SEGMENTATION else raft.SIGNATURE
+    OnnxModel(path, signature).warm_up()
 
 
 def open_segmenter(models: Models) -> Segmenter:

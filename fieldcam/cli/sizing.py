@@ -12,6 +12,7 @@ from fieldcam.cli.arguments import (
     add_json,
     count,
     positive_number,
+    tag_id,
 )
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import checked_models
@@ -21,6 +22,7 @@ from fieldcam.values import (
     Calibration,
     ClusterReading,
     Expectation,
+    Flag,
     Fruitlet,
     Matcher,
     Method,
@@ -43,8 +45,14 @@ def register(commands: Subparsers[Parser]) -> None:
     size.add_argument(
         "--rectify", action="store_true", help="the images are raw: rectify them first"
     )
-    size.add_argument("--tag", type=count, metavar="ID", help="the tag that is expected here")
-    size.add_argument("--tag-size-mm", type=positive_number, default=TAG_SIZE_MM, metavar="MM")
+    size.add_argument("--tag", type=tag_id, metavar="ID", help="the tag that is expected here")
+    size.add_argument(
+        "--tag-size-mm",
+        type=positive_number,
+        default=TAG_SIZE_MM,
+        metavar="MM",
+        help="side of the tag's black square (%(default)s)",
+    )
     size.add_argument(
         "--expect", type=count, metavar="N", help="how many fruitlets were counted last visit"
     )
@@ -55,18 +63,26 @@ def register(commands: Subparsers[Parser]) -> None:
         default=Method.DEFAULT,
         help="paper: its recipe",
     )
-    size.add_argument("--stereo", type=Matcher, choices=list(Matcher), default=Matcher.RAFT)
+    size.add_argument(
+        "--stereo",
+        type=Matcher,
+        choices=list(Matcher),
+        default=Matcher.RAFT,
+        help="sgbm: the paper's baseline",
+    )
     size.add_argument("--whole-image", action="store_true", help="search beyond the tag's region")
     size.add_argument("--overlay", type=Path, metavar="PNG", help="write a picture of the result")
     add_json(size)
 
 
 def _size(arguments: argparse.Namespace) -> None:
-    from fieldcam.exchange.images import write_png
+    from fieldcam.exchange.images import check_png_target, write_png
     from fieldcam.exchange.reading_report import reading_report
     from fieldcam.report.overlay import draw_overlay
     from fieldcam.vision.pipeline import Pipeline
 
+    if arguments.overlay is not None:
+        check_png_target(arguments.overlay)
     pair, calibration = _load(arguments)
     models = checked_models(arguments.data)
     settings = Settings(
@@ -117,9 +133,12 @@ def reading_lines(reading: ClusterReading) -> list[str]:
         rows = [["fruitlet", "diameter mm", "visible", "range mm", "note"]]
         rows += [_row(fruitlet) for fruitlet in reading.target]
         lines += ["", *table(rows, ">>>><")]
-    others = len(reading.fruitlets) - len(reading.target)
-    if others:
-        lines.append(f"{others} more outside the tagged cluster.")
+    others = [f for f in reading.fruitlets if not f.in_target]
+    lost = sum(Flag.NO_DEPTH in f.flags for f in others)
+    if len(others) > lost:
+        lines.append(f"{len(others) - lost} more outside the tagged cluster.")
+    if lost:
+        lines.append(f"{lost} more without depth: whose they are is not known.")
     return lines
 
 

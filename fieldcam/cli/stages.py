@@ -90,7 +90,10 @@ def _disparity(arguments: argparse.Namespace) -> None:
     from fieldcam.vision.stereo import default_max_disparity, match_whole
 
     pair = StereoPair(*read_pair(arguments.left, arguments.right))
-    bound = arguments.max_disparity or default_max_disparity(pair.size_px[0])
+    width_px = pair.size_px[0]
+    bound = arguments.max_disparity or default_max_disparity(width_px)
+    if bound > max(width_px, default_max_disparity(width_px)):
+        raise BadInput(f"--max-disparity {bound} is more than the images' width of {width_px} px.")
     matcher = _open_matcher(arguments)
     disparity = match_whole(pair, matcher, bound).disparity_px
     _save(arguments.out, disparity)

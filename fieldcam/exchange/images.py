@@ -56,6 +56,16 @@ def check_against(calibration: Calibration, image: ImageU8) -> None:
     )
 
 
+def check_png_target(path: Path) -> None:
+    """Raise BadInput where `write_png` could not write; found out before the work, not after."""
+    if path.suffix.lower() != ".png":
+        raise BadInput(f"{path} must end in .png: the picture is written as PNG.")
+    if path.is_dir():
+        raise BadInput(f"{path} is a folder.")
+    if not path.parent.is_dir():
+        raise BadInput(f"There is no folder {path.parent} to write {path.name} into.")
+
+
 def write_png(path: Path, image: ImageU8) -> None:
     """Writes RGB (H, W, 3) or grey (H, W)."""
     stored = image if image.ndim == 2 else np.ascontiguousarray(image[..., ::-1])

@@ -64,7 +64,9 @@ def _read_kind(marker: Path) -> DataKind | None:
         content = json.loads(marker.read_bytes())
     except FileNotFoundError:
         return None
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        raise StorageError(f"{marker} cannot be read: {error.strerror}.") from error
+    except ValueError as error:
         raise StorageError(f"{marker} cannot be read: {error}.") from error
     if not isinstance(content, dict) or content.get("kind") not in tuple(DataKind):
         raise StorageError(f"{marker} does not say what kind of data its folder holds.")

@@ -25,6 +25,9 @@ HALF_PIXEL = 0.5
 LOWEST_DECISION_MARGIN = 4.0
 """Grey levels; real tags stay above it down to a contrast of 10 grey levels."""
 
+SMALLEST_SIDE_PX = 10
+"""A tag has ten cells to a side; the library's C code crashes on images of one or two pixels."""
+
 Corners = npt.NDArray[np.float64]
 
 
@@ -74,6 +77,8 @@ def detect_tags(
 
     Without a calibration the tags have no pose.
     """
+    if min(image.shape[:2]) < SMALLEST_SIDE_PX:
+        return ()
     colourless = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     grey = np.ascontiguousarray(colourless, np.uint8)
     detections = _shared_detector(threads).detect(grey)
