@@ -106,7 +106,7 @@ def _fruit(evidence: Evidence, explained: bool) -> Iterator[Finding]:
         if not (explained or at_border):
             yield _nothing(evidence, evidence.tag)
         return
-    if all(Flag.NO_DEPTH in f.flags for f in target) and not explained:
+    if not explained and _lost(evidence, evidence.tag) >= len(target):
         yield NO_DEPTH
     if before is not None and len(target) < before:
         text = f"{len(target)} fruitlets, last visit {before}: fallen, or hidden by a leaf?"
@@ -134,6 +134,12 @@ def _at_border(evidence: Evidence, tag: TagPose) -> bool:
         return True
     own = (f for f in evidence.fruitlets if f.in_target or _near(evidence, f, tag))
     return any(_border_gap_px(evidence, tag, f.box_px) < BORDER_MM * px_per_mm for f in own)
+
+
+def _lost(evidence: Evidence, tag: TagPose) -> int:
+    """How many fruitlets beside the tag have no depth, so that whose they are is not known."""
+    beside = (f for f in evidence.fruitlets if f.in_target or _near(evidence, f, tag))
+    return sum(Flag.NO_DEPTH in f.flags for f in beside)
 
 
 def _near(evidence: Evidence, fruitlet: Fruitlet, tag: TagPose) -> bool:

@@ -173,11 +173,13 @@ class Pipeline:
     ) -> DisparityWindow:
         matcher = self._matchers[settings.stereo]
         bound = default_max_disparity(pair.size_px[0])
+        offset = None
+        if tag is not None and tag.range_mm is not None:
+            offset = round(calibration.disparity_px(tag.range_mm))
         if settings.whole_image or settings.method is Method.PAPER:
-            return match_whole(pair, matcher, bound)
-        if tag is None or tag.range_mm is None:
+            return match_whole(pair, matcher, bound, offset)
+        if offset is None:
             return match_coarse(pair, matcher, bound)
-        offset = round(calibration.disparity_px(tag.range_mm))
         return match_region(pair, region, offset, matcher)
 
     def _clouds(

@@ -78,18 +78,22 @@ def match_coarse(pair: StereoPair, matcher: StereoMatcher, max_disparity: int) -
     return DisparityWindow(found.region, bounded)
 
 
-def match_whole(pair: StereoPair, matcher: StereoMatcher, max_disparity: int) -> DisparityWindow:
+def match_whole(
+    pair: StereoPair, matcher: StereoMatcher, max_disparity: int, likely_px: int | None = None
+) -> DisparityWindow:
     """Disparity of the whole image: a coarse pass, then tiles at the matcher's own resolution.
 
     The tiles are left out where the first pass ran at that resolution already,
-    as it does for SGBM and for a small bound.
+    as it does for SGBM and for a small bound. Around `likely_px`, the disparity
+    of what matters, the tiles are matched whatever the coarse pass says: things
+    of the size of a fruitlet are too small for it.
     """
     coarse = match_coarse(pair, matcher, max_disparity)
     if matcher.spanning(max_disparity / 2).scale >= matcher.scale:
         return coarse
     refined = coarse.disparity_px.copy()
     for tile in _tiles(*pair.size_px):
-        inner, disparity = _refine(pair, tile, coarse, matcher)
+        inner, disparity = _refine(pair, tile, coarse, matcher, likely_px)
         rows, columns = _within(inner, tile)
         better = disparity[rows, columns]
         known = np.isfinite(better) & (better <= max_disparity)
@@ -98,11 +102,17 @@ def match_whole(pair: StereoPair, matcher: StereoMatcher, max_disparity: int) ->
 
 
 def _refine(
-    pair: StereoPair, tile: Region, coarse: DisparityWindow, matcher: StereoMatcher
+    pair: StereoPair,
+    tile: Region,
+    coarse: DisparityWindow,
+    matcher: StereoMatcher,
+    likely_px: int | None,
 ) -> tuple[Region, FloatMap]:
     """One tile's disparity: each depth layer is matched at its own offset."""
     guess = coarse.disparity_px[tile.slices]
     refined = np.full_like(guess, np.nan)
+    if likely_px is not None:
+        refined = match_region(pair, tile, likely_px, matcher).disparity_px.copy()
     for offset in _layers(guess, matcher.search_px):
         near = np.abs(guess - offset) <= matcher.search_px
         found = match_region(pair, tile, offset, matcher).disparity_px
