@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from made_readings import CAMERA, TAG, disc_mask, made_fruitlet, made_reading
 
+from fieldcam.analysis.direct import DirectAnalyst
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
 from fieldcam.cli import main
 from fieldcam.errors import CameraUnplugged, ExitCode
@@ -86,7 +89,12 @@ def pipeline(
     manifest = {"schema": 1, "segmentation": entry, "stereo": entry}
     (folder / "manifest.json").write_text(json.dumps(manifest))
     fake = FakePipeline([])
-    monkeypatch.setattr(Pipeline, "from_models", lambda models: fake)
+
+    @contextmanager
+    def analyst(camera: Calibration, models: Path, data: Path) -> Iterator[DirectAnalyst]:
+        yield DirectAnalyst(cast(Pipeline, fake), camera, Settings())
+
+    monkeypatch.setattr("fieldcam.cli.demo.open_analyst", analyst)
     monkeypatch.setattr("fieldcam.simulator.capture", fake_capture)
     return fake
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import timedelta
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, count, positive_count
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import checked_models
-from fieldcam.models import Models
-from fieldcam.values import Settings, Status
+from fieldcam.values import Calibration, Settings, Status
 
 if TYPE_CHECKING:
     from fieldcam.camera.simulated import SimulatedCamera
@@ -57,7 +58,7 @@ def _demo(arguments: argparse.Namespace) -> None:
     if not arguments.headless:
         narrate("The screens are not part of this version; this is the same walk without them.")
     stops = []
-    for stop in _walk(arguments, block, models):
+    for stop in _walk(arguments, block):
         stops.append(stop)
         if not arguments.json:
             emit("\n".join(_stop_lines(stop)) + "\n")
@@ -70,22 +71,35 @@ def _demo(arguments: argparse.Namespace) -> None:
         emit("\n".join([*_summary_lines(figures), "", SIMULATED, models.honesty]))
 
 
-def _walk(arguments: argparse.Namespace, block: Block, models: Models) -> Iterator[_Stop]:
+def _walk(arguments: argparse.Namespace, block: Block) -> Iterator[_Stop]:
     """All captures that could be read, as they come; the others are narrated."""
-    from fieldcam.analysis.direct import DirectAnalyst
     from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
     from fieldcam.simulator import calibration_of
     from fieldcam.store.folder import DataKind, data_path
     from fieldcam.store.store import open_store
-    from fieldcam.vision.pipeline import Pipeline
 
-    analyst = DirectAnalyst(Pipeline.from_models(models), calibration_of(block), Settings())
     clusters = range(len(block.clusters))
     pictures = [SimulatedVisit(index, day) for day in arguments.days for index in clusters]
     path = data_path(arguments.data, DataKind.SIMULATED)
-    with open_store(path, DataKind.SIMULATED) as store, SimulatedCamera(block, pictures) as camera:
+    with (
+        open_store(path, DataKind.SIMULATED) as store,
+        open_analyst(calibration_of(block), data_path(arguments.data), path) as analyst,
+        SimulatedCamera(block, pictures) as camera,
+    ):
         for visit in _visits(store, block, arguments.days):
             yield from _walk_once(camera, visit, analyst, block)
+
+
+@contextmanager
+def open_analyst(camera: Calibration, models: Path, data: Path) -> Iterator[Analyst]:
+    """The analysis process; `models` is where a user's own networks may lie."""
+    from fieldcam.analysis.requests import Setup
+    from fieldcam.analysis.supervised import SupervisedAnalyst
+    from fieldcam.analysis.supervisor import Supervisor
+
+    setup = Setup(camera, Settings(), models)
+    with Supervisor(setup, data / "logs" / "analysis.log") as supervisor:
+        yield SupervisedAnalyst(supervisor)
 
 
 def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredVisit]:

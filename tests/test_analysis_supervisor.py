@@ -1,0 +1,476 @@
+"""The analysis may hang, crash or lie; it costs one pair, and never the app."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from random import Random
+from time import perf_counter
+from typing import Protocol
+
+import pytest
+from made_readings import CAMERA
+
+from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.status import Limits, State, Status
+from fieldcam.analysis.supervised import SupervisedAnalyst
+from fieldcam.analysis.supervisor import Supervisor
+from fieldcam.errors import (
+    AnalysisFailed,
+    AnalysisOff,
+    AnalysisTimeout,
+    FieldcamError,
+    ImageUnreadable,
+    ModelMissing,
+)
+from fieldcam.session.walk import Analysed, NotAnalysed, Saved, walk
+from fieldcam.store.captures import SavedCapture
+from fieldcam.values import ClusterReading, Expectation, RawPair
+
+HERE = Path(__file__).resolve().parent
+LONG_S = 60.0
+"""Far more than anything here takes, but for a defect."""
+PATIENT = Limits(pair_s=LONG_S, first_pair_s=LONG_S)
+HASTY = Limits(pair_s=0.3, first_pair_s=LONG_S)
+
+
+def pair(key: str, left: Path = Path("left.pgm")) -> SavedCapture:
+    return SavedCapture(key, left, Path("right.pgm"), Path("record.json"))
+
+
+class Watched:
+    """A supervisor and all that its listener heard."""
+
+    def __init__(self, setup: Setup, log: Path, limits: Limits, work: str) -> None:
+        self._news = threading.Condition()
+        self.heard: list[Status] = []
+        self.supervisor = Supervisor(setup, log, self._hear, limits, f"scripted_analysis:{work}")
+        self.submit = self.supervisor.submit
+
+    def _hear(self, status: Status) -> None:
+        with self._news:
+            self.heard.append(status)
+            self._news.notify_all()
+
+    def wait_for(self, state: State, times: int = 1) -> Status:
+        """The status that was heard when this state was entered for the n-th time."""
+        with self._news:
+            assert self._news.wait_for(lambda: len(self._in(state)) >= times, LONG_S), self.heard
+            return self._in(state)[times - 1]
+
+    def settled(self) -> Status:
+        """The status once the last that was heard is READY."""
+        with self._news:
+            ready = self._news.wait_for(lambda: self.heard[-1].state is State.READY, LONG_S)
+            assert ready, self.heard
+            return self.heard[-1]
+
+    def _in(self, state: State) -> list[Status]:
+        return [status for status in self.heard if status.state is state]
+
+    def error(self, key: str, again: bool = False) -> FieldcamError:
+        error = self.submit(pair(key), Expectation(), again=again).exception(LONG_S)
+        assert isinstance(error, FieldcamError)
+        assert error.message.endswith(".") and error.hint
+        return error
+
+    def reads(self, key: str = "nothing") -> bool:
+        reading = self.submit(pair(key), Expectation(7, 4)).result(LONG_S)
+        return reading.expectation == Expectation(7, 4) and len(reading.target) == 1
+
+
+class Watch(Protocol):
+    def __call__(
+        self, work: str = ..., limits: Limits = ..., data: Path | None = ...
+    ) -> Watched: ...
+
+
+@pytest.fixture
+def watch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Watch]:
+    monkeypatch.setenv("PYTHONPATH", str(HERE))
+    with ExitStack() as stack:
+
+        def start(
+            work: str = "Scripted", limits: Limits = PATIENT, data: Path | None = None
+        ) -> Watched:
+            watched = Watched(Setup(CAMERA, data=data), tmp_path / "a.log", limits, work)
+            stack.enter_context(watched.supervisor)
+            return watched
+
+        yield start
+
+
+@pytest.fixture
+def gate(tmp_path: Path) -> Path:
+    """A pair whose left file is this says, once read, which process works on it."""
+    path = tmp_path / "gate"
+    os.mkfifo(path)
+    return path
+
+
+def ends_within(pid: int, seconds: float) -> float | None:
+    """How long a process still lived; None when it outlived that."""
+    try:
+        process = os.pidfd_open(pid)
+    except ProcessLookupError:
+        return 0.0
+    started = perf_counter()
+    poll = select.poll()
+    poll.register(process, select.POLLIN)
+    ended = poll.poll(seconds * 1000)
+    os.close(process)
+    return perf_counter() - started if ended else None
+
+
+def test_pairs_are_read_in_their_order_but_urgent_ones_first(watch: Watch, gate: Path) -> None:
+    watched = watch("Waiting", data=gate)
+    done: list[str] = []
+    futures = []
+    for key, urgent in (("nothing a", False), ("nothing b", False), ("nothing c", True)):
+        future = watched.submit(pair(key), Expectation(), urgent=urgent)
+        future.add_done_callback(lambda _, key=key: done.append(key[-1]))  # type: ignore[misc]
+        futures.append(future)
+    unwanted = watched.submit(pair("segfault"), Expectation())
+    assert unwanted.cancel()
+    assert watched.supervisor.status == Status(State.STARTING, pending=4)
+    gate.write_bytes(b"go")
+    for future in futures:
+        future.result(LONG_S)
+    assert done == ["c", "a", "b"]
+    assert watched.wait_for(State.READY) == Status(State.READY)
+
+
+def test_the_limits_are_those_of_the_design() -> None:
+    limits = Limits()
+    assert (limits.pair_s, limits.restarts, limits.span_s, limits.tries) == (10, 5, 60, 2)
+
+
+LOSSES = {
+    "segfault": "(segmentation fault)",
+    "fall": "(exit status 3)",
+    "leave": "(exit status 0)",
+    "garbage": "an answer that is none",
+    "huge": "an answer that is none",
+    "forged": "an answer that is none",
+}
+
+
+def test_a_lost_process_costs_only_its_own_pair(watch: Watch) -> None:
+    watched = watch(limits=Limits(pair_s=LONG_S, restarts=100, tries=1))
+    good = [watched.submit(pair("nothing"), Expectation())]
+    bad = {}
+    for key in LOSSES:
+        bad[key] = watched.submit(pair(key), Expectation())
+        good.append(watched.submit(pair("nothing"), Expectation()))
+    for key, sentence in LOSSES.items():
+        error = bad[key].exception(LONG_S)
+        assert type(error) is AnalysisFailed
+        assert sentence in error.message
+        assert error.hint == "The picture is kept."
+    assert all(future.result(LONG_S) for future in good)
+    status = watched.supervisor.status
+    assert status.restarts == len(LOSSES)
+    assert LOSSES["forged"] in status.last_error
+
+
+def test_a_pair_that_crashed_twice_is_only_tried_again_when_asked_for(watch: Watch) -> None:
+    watched = watch()
+    watched.error("segfault")
+    assert watched.wait_for(State.RESTARTING, 2).restarts == 2
+    assert "not retried" in watched.error("segfault").message
+    asked = watched.submit(pair("segfault"), Expectation(), again=True)
+    watched.wait_for(State.RESTARTING, 3)
+    watched.supervisor.close()
+    assert asked.exception(LONG_S) is not None
+
+
+def test_a_pair_that_takes_too_long_is_ended(watch: Watch) -> None:
+    watched = watch(limits=HASTY)
+    for key in ("hang", "hang_with_interpreter"):
+        assert watched.reads()  # the first one may take longer
+        started = perf_counter()
+        assert type(watched.error(key)) is AnalysisTimeout
+        assert perf_counter() - started >= HASTY.pair_s
+    assert watched.wait_for(State.RESTARTING, 2).restarts == 2
+
+
+def test_errors_of_ours_come_back_as_themselves_from_a_process_that_goes_on(watch: Watch) -> None:
+    watched = watch()
+    error = watched.error("refuse")
+    assert type(error) is ImageUnreadable
+    assert (error.message, error.hint) == ("The left image is empty.", "Take it again.")
+    assert "ZeroDivisionError: of all things" in watched.error("stumble").message
+    assert "MemoryError" in watched.error("gorge").message
+    assert watched.supervisor.status.restarts == 0
+
+
+def test_what_libraries_print_goes_to_the_log(
+    watch: Watch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    watched = watch()
+    assert watched.reads("chatter")
+    watched.error("stumble")
+    log = (tmp_path / "a.log").read_text()
+    for words in ("printed by", "a warning", "native code", "a grandchild", "Traceback"):
+        assert words in log
+    assert capfd.readouterr() == ("", "")
+
+
+def test_missing_networks_are_said_and_do_not_stop_the_process(watch: Watch) -> None:
+    watched = watch("Untouched")
+    assert type(watched.error("nothing")) is ModelMissing
+    status = watched.supervisor.status
+    assert status.last_error == "No stereo network is installed."
+    assert status.restarts == 0
+
+
+def test_after_too_many_restarts_it_is_off_until_it_is_started_again(watch: Watch) -> None:
+    watched = watch("Falling", Limits(restarts=1))
+    waiting = watched.submit(pair("nothing"), Expectation())
+    status = watched.wait_for(State.STOPPED)
+    assert (status.restarts, status.pending) == (1, 0)
+    assert "ended 2 times within 60 s" in status.last_error
+    assert type(waiting.exception(LONG_S)) is AnalysisOff
+    assert type(watched.error("nothing")) is AnalysisOff
+    watched.supervisor.restart()
+    assert watched.wait_for(State.STOPPED, 2).restarts == 2
+
+
+def test_a_process_that_leaves_by_itself_is_not_started_again(watch: Watch) -> None:
+    watched = watch("Leaving")
+    status = watched.wait_for(State.STOPPED)
+    assert (status.restarts, status.last_error) == (0, "The analysis left by itself.")
+    watched.supervisor.restart()
+    watched.wait_for(State.READY, 2)
+
+
+def test_an_idle_process_that_dies_is_replaced_before_the_next_pair(
+    watch: Watch, gate: Path
+) -> None:
+    watched = watch()
+    future = watched.submit(pair("nothing", gate), Expectation())
+    pid = int(gate.read_text())
+    future.result(LONG_S)
+    watched.wait_for(State.READY)
+    os.kill(pid, signal.SIGINT)  # control-C in the terminal goes to all of its programs
+    assert watched.reads()
+    os.kill(pid, signal.SIGKILL)
+    watched.wait_for(State.RESTARTING)
+    assert watched.settled().pending == 0
+    assert watched.reads()
+
+
+def test_an_idle_process_that_answers_no_more_is_replaced(watch: Watch) -> None:
+    watched = watch("Deaf", Limits(pair_s=0.3, ping_every_s=0.3))
+    assert "longer than 0.3 s" in watched.wait_for(State.RESTARTING).last_error
+
+
+def test_an_idle_process_shows_that_it_lives(watch: Watch) -> None:
+    watched = watch(limits=Limits(ping_every_s=0.02))
+    watched.wait_for(State.READY)
+    age_s, before_s = watched.supervisor.heartbeat_age_s, 0.0
+    while age_s >= before_s:  # until an answer makes it young again
+        before_s, age_s = age_s, watched.supervisor.heartbeat_age_s
+        assert age_s < LONG_S
+        threading.Event().wait(0.005)
+    assert len(watched.heard) == 1  # nobody is told of it
+
+
+@pytest.mark.parametrize("key", ["hang", "hang_with_interpreter"])
+def test_closing_takes_no_more_than_a_second(watch: Watch, gate: Path, key: str) -> None:
+    watched = watch()
+    busy = watched.submit(pair(key, gate), Expectation())
+    waiting = watched.submit(pair("nothing"), Expectation())
+    pid = int(gate.read_text())
+    started = perf_counter()
+    watched.supervisor.close()
+    watched.supervisor.close()
+    assert perf_counter() - started < 1.5
+    assert ends_within(pid, 0) is not None
+    for future in (busy, waiting, watched.submit(pair("nothing"), Expectation())):
+        assert type(future.exception(LONG_S)) is AnalysisOff
+    watched.supervisor.restart()
+    assert watched.supervisor.status.state is State.STOPPED
+
+
+def test_closing_leaves_nothing_open(watch: Watch) -> None:
+    def descriptors() -> int:
+        return len(os.listdir("/proc/self/fd"))  # noqa: PTH208 - only their number counts
+
+    before, threads = descriptors(), threading.active_count()
+    watched = watch()
+    watched.error("segfault")
+    watched.supervisor.close()
+    assert (descriptors(), threading.active_count()) == (before, threads)
+
+
+def test_it_may_be_closed_from_its_own_thread(watch: Watch) -> None:
+    watched = watch()
+    closed = threading.Event()
+
+    def close(_: object) -> None:
+        watched.supervisor.close()
+        closed.set()
+
+    watched.submit(pair("nothing"), Expectation()).add_done_callback(close)
+    assert closed.wait(LONG_S)
+    watched.wait_for(State.STOPPED)
+
+
+def test_a_log_that_cannot_be_written_stops_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(HERE))
+    log = Path("/proc/nowhere/analysis.log")
+    with Supervisor(Setup(CAMERA), log, work="scripted_analysis:Scripted") as supervisor:
+        assert supervisor.submit(pair("chatter"), Expectation()).result(LONG_S)
+
+
+def test_an_interpreter_that_cannot_be_started_is_said(
+    watch: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    watched = watch()
+    status = watched.wait_for(State.STOPPED)
+    assert status.restarts == 5
+    assert "cannot be started: No such file" in watched.heard[0].last_error
+
+
+def test_a_walk_goes_on_over_a_crash(watch: Watch) -> None:
+    watched = watch()
+
+    class Camera:
+        def capture(self, deadline_s: float) -> RawPair:
+            return None  # type: ignore[return-value]
+
+    class Record:
+        keys = iter(["nothing 1", "segfault", "nothing 2"])
+
+        def save(self, raw: RawPair, expectation: Expectation) -> SavedCapture:
+            return pair(next(self.keys))
+
+        def keep(self, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:
+            pass
+
+        def fail(self, saved: SavedCapture, error: FieldcamError) -> None:
+            pass
+
+    analyst = SupervisedAnalyst(watched.supervisor)
+    clusters = [Expectation(n) for n in range(3)]
+    events = walk(Camera(), Record(), analyst, clusters)  # type: ignore[arg-type]
+    assert [type(event) for event in events] == [
+        Saved, Analysed, Saved, NotAnalysed, Saved, Analysed,
+    ]  # fmt: skip
+
+
+PARENT = """
+import sys, threading
+from pathlib import Path
+from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.supervisor import Supervisor
+from fieldcam.store.captures import SavedCapture
+from fieldcam.values import Calibration, Expectation
+
+camera = Calibration(640, 480, 760.0, 320.0, 240.0, 60.0)
+supervisor = Supervisor(Setup(camera), work="scripted_analysis:Scripted")
+gate = Path(sys.argv[2])
+supervisor.submit(SavedCapture(sys.argv[1], gate, gate, gate), Expectation())
+print("started", flush=True)
+threading.Event().wait()
+"""
+
+
+@pytest.fixture
+def parent(monkeypatch: pytest.MonkeyPatch) -> Callable[..., subprocess.Popen[str]]:
+    monkeypatch.setenv("PYTHONPATH", str(HERE))
+
+    def start(key: str, gate: Path) -> subprocess.Popen[str]:
+        command = [sys.executable, "-c", PARENT, key, str(gate)]
+        return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+
+    return start
+
+
+@pytest.mark.parametrize("key", ["hang", "hang_with_interpreter", "nothing"])
+def test_the_process_dies_with_its_parent(
+    parent: Callable[..., subprocess.Popen[str]],
+    gate: Path,
+    note: Callable[[str], None],
+    key: str,
+) -> None:
+    with parent(key, gate) as app:
+        pid = int(gate.read_text())
+        app.kill()
+        lived_s = ends_within(pid, 1.0)
+        assert lived_s is not None
+        note(f"analysis process ({key}) ended {lived_s * 1000:.0f} ms after kill -9 of the app")
+
+
+def test_the_app_that_forgets_to_close_can_end(
+    parent: Callable[..., subprocess.Popen[str]], gate: Path
+) -> None:
+    with parent("hang", gate) as app:
+        pid = int(gate.read_text())
+        app.send_signal(signal.SIGINT)  # ends the main thread's wait
+        app.wait(LONG_S)
+        assert ends_within(pid, 1.0) is not None
+
+
+def test_the_apps_side_loads_no_vision_library() -> None:
+    code = "import fieldcam.analysis.supervised, sys; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name.split(".")[0] for name in done.stdout.split()}
+    assert not loaded & {"cv2", "onnxruntime", "pupil_apriltags", "scipy", "networkx"}
+
+
+@pytest.mark.slow
+def test_every_pair_is_answered_over_two_hundred_kills(watch: Watch, gate: Path) -> None:
+    watched = watch(limits=Limits(pair_s=LONG_S, restarts=10_000, tries=1))
+    random = Random(1)
+    reader = os.open(gate, os.O_RDONLY | os.O_NONBLOCK)
+    for number in range(200):
+        future = watched.submit(pair(f"nothing {number}", gate), Expectation())
+        while not select.select([reader], [], [], 0.1)[0] and not future.done():
+            pass
+        pid = os.read(reader, 20)
+        threading.Event().wait(random.uniform(0, 0.004))
+        if pid:
+            with suppress(ProcessLookupError):
+                os.kill(int(pid), signal.SIGKILL)
+        error = future.exception(LONG_S)
+        assert error is None or type(error) is AnalysisFailed
+    os.close(reader)
+    assert watched.supervisor.status.state is not State.STOPPED
+
+
+@pytest.mark.slow
+def test_no_process_outlives_an_app_that_is_killed_at_any_moment(
+    parent: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    random = Random(2)
+    for _ in range(40):
+        with parent("hang", tmp_path / "none") as app:
+            assert app.stdout is not None and app.stdout.readline()
+            threading.Event().wait(random.uniform(0, 0.6))
+            children = _children(app.pid)
+            app.kill()
+        for pid in children | _children(app.pid):
+            assert ends_within(pid, 1.0) is not None
+
+
+def _children(parent_pid: int) -> set[int]:
+    """Analysis processes that were started by this one; its id is their last argument."""
+    found = set()
+    for entry in Path("/proc").iterdir():
+        with suppress(OSError, ValueError):
+            arguments = (entry / "cmdline").read_bytes().split(b"\0")
+            if b"fieldcam.analysis.child" in arguments and arguments[-2] == b"%d" % parent_pid:
+                found.add(int(entry.name))
+    return found
