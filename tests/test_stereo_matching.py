@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -160,8 +160,8 @@ class CoarseThenFine(SgbmMatcher):
     def search_px(self) -> float:
         return self._search_px * self._shrink
 
-    def spanning(self, search_px: float) -> CoarseThenFine:
-        return CoarseThenFine(search_px, shrink=4 if search_px > 24 else 1)
+    def spanning(self, search_px: float) -> Self:
+        return type(self)(search_px, shrink=4 if search_px > 24 else 1)
 
     def match(self, left: ImageU8, right: ImageU8) -> FloatMap:
         size = left.shape[1] // self._shrink, left.shape[0] // self._shrink
@@ -179,6 +179,23 @@ def test_a_whole_image_with_layers_further_apart_than_the_window_is_refined_in_e
         at = (truth == value) & seen
         assert (np.abs(whole - truth)[at] < 0.3).mean() > 0.7
         assert (np.abs(whole - truth)[at] < 0.3).mean() > (np.abs(coarse - truth)[at] < 0.3).mean()
+
+
+class BlindWhenCoarse(CoarseThenFine):
+    """Sees nothing at the lower resolution, as a network does of a fruitlet five pixels wide."""
+
+    def match(self, left: ImageU8, right: ImageU8) -> FloatMap:
+        found = super().match(left, right)
+        return np.full_like(found, np.nan) if self._shrink > 1 else found
+
+
+def test_the_likely_disparity_is_matched_whatever_the_coarse_pass_saw() -> None:
+    truth = step(near=130, far=40, shape=(240, 640))
+    pair = dotted_pair(truth)
+    assert np.isnan(match_whole(pair, BlindWhenCoarse(), 160).disparity_px).all()
+    whole = match_whole(pair, BlindWhenCoarse(), 160, likely_px=135).disparity_px
+    at = (truth == 130) & (np.arange(640)[None, :] - truth >= 8)
+    assert (np.abs(whole - truth)[at] < 0.3).mean() > 0.7
 
 
 @pytest.mark.parametrize("bound", [48, 90])

@@ -291,6 +291,16 @@ def test_a_distant_fruitlet_without_depth_is_not_the_clusters() -> None:
     assert codes(evidence(fruitlets=(far_off,), depth_share=0.0)) == {"no_fruitlets"}
 
 
+@pytest.mark.parametrize(("lost", "wanted"), [(1, set[str]()), (2, {"no_depth"})])
+def test_fruitlets_beside_the_tag_without_depth_ask_for_a_retake(
+    lost: int, wanted: set[str]
+) -> None:
+    measured = (make_fruitlet(), make_fruitlet((870, 580)))
+    blind = (make_fruitlet((800 + 40 * i, 600), (Flag.NO_DEPTH,), False) for i in range(lost))
+    found = evidence(fruitlets=(*measured, *blind), expectation=Expectation(17))
+    assert codes(found) == wanted
+
+
 def test_every_reason_says_what_to_do_in_one_short_sentence() -> None:
     texts = [r.text for _, changes, _, _ in CASES for r in judge(evidence(**changes)).reasons]
     assert texts
