@@ -36,7 +36,7 @@ from fieldcam.vision.covers import covers
 from fieldcam.vision.pipeline import Pipeline
 from fieldcam.vision.segmentation import is_cut
 from fieldcam.vision.sizing import Observation, Size, size_by_paper, size_fruitlet
-from fieldcam.vision.sizing_settings import Corrections
+from fieldcam.vision.sizing_settings import Corrections, SizingParameters
 
 Sizing = Callable[[Observation, Calibration], Size]
 Rows = dict[str, list[Outcome]]
@@ -92,9 +92,13 @@ class ObservedPipeline(Pipeline):
         self.observed = Observed(instances, clouds, window, calibration)
         return super()._sizes(instances, clouds, window, calibration, settings)
 
+    @property
+    def sizing_parameters(self) -> SizingParameters:
+        return self._parameters.sizing
+
     def sizing(self, corrections: Corrections) -> Sizing:
         """The pipeline's own sizing with some of its corrections."""
-        parameters = self._parameters.sizing
+        parameters = self.sizing_parameters
         return lambda observed, calibration: size_fruitlet(
             observed, calibration, parameters, corrections
         )
@@ -123,20 +127,21 @@ def measure(folders: Sequence[Path], settings: Mapping[str, Settings]) -> Rows:
     rows: Rows = {label: [] for label in (*sizings, *settings)}
     for number, folder in enumerate(folders, 1):
         sys.stderr.write(f"ablation: {number} of {len(folders)}\n")
-        outcome = _analyse(pipeline, folder, Settings())
+        outcome = analyse(pipeline, folder, Settings())
         observed = pipeline.observed
         observations = observed.observations()
         for label, sizing in sizings.items():
             sizes = [sizing(o, observed.calibration) for o in observations]
-            rows[label].append(_with_sizes(outcome, sizes))
+            rows[label].append(with_sizes(outcome, sizes))
         if rows[DEFAULT][-1].errors_mm.keys() != outcome.errors_mm.keys():
             raise SystemExit(f"{folder}: the table's default is not what the pipeline gives")
         for label, other in settings.items():
-            rows[label].append(_analyse(pipeline, folder, other))
+            rows[label].append(analyse(pipeline, folder, other))
     return rows
 
 
-def _analyse(pipeline: Pipeline, folder: Path, settings: Settings) -> Outcome:
+def analyse(pipeline: Pipeline, folder: Path, settings: Settings) -> Outcome:
+    """What the pipeline says about a rendered pair's folder."""
     pair = StereoPair(*read_pair(folder / "left.png", folder / "right.png"))
     calibration = load_rectified(folder / "calibration.yml")
     expectation = Expectation(read_truth(folder)["tag"])
@@ -145,7 +150,8 @@ def _analyse(pipeline: Pipeline, folder: Path, settings: Settings) -> Outcome:
     )
 
 
-def _with_sizes(outcome: Outcome, sizes: Sequence[Size]) -> Outcome:
+def with_sizes(outcome: Outcome, sizes: Sequence[Size]) -> Outcome:
+    """The same outcome with other sizes of the same fruitlets."""
     fruitlets = [
         reported | {"diameter_mm": size.diameter_mm}
         for reported, size in zip(outcome.report["fruitlets"], sizes, strict=True)

@@ -25,6 +25,8 @@ from fieldcam.simulator import Block, Fault, Faults, SimulatedCapture, TrueFruit
 from fieldcam.values import Calibration, ImageU8
 
 DAYS = (0.0, 2.0, 4.0)
+TUNING = Path("export/.cache/tuning")
+_TUNING_SEED, _TUNING_BLOCKS, _TUNING_CLUSTERS = 6_000_001, 8, 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +77,12 @@ def write(order: Order, folder: Path) -> None:
         matched=done.truth.left_matched[window],
         fruit=_fruit_map(done)[window],
     )
+
+
+def render_tuning() -> None:
+    """The pairs on which thresholds and corrections are chosen, in TUNING."""
+    for order in season(_TUNING_SEED, _TUNING_BLOCKS, _TUNING_CLUSTERS):
+        write(order, TUNING / order.name)
 
 
 def camera_info(calibration: Calibration) -> dict[str, object]:

@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from export.render_orchard import season, write
+from export.render_orchard import TUNING, render_tuning
 from fieldcam.calibration.drift import row_disagreement_px, tag_disparity_px, tag_size_error
 from fieldcam.calibration.readers import load_rectified
 from fieldcam.exchange.images import read_image, read_pair
@@ -37,8 +37,6 @@ from fieldcam.vision.sharpness import edge_blur_px, tag_blur_px
 from fieldcam.vision.stereo import gray
 from fieldcam.vision.tags import choose_tag, detect_tags
 
-TUNING = Path("export/.cache/tuning")
-TUNING_SEED, BLOCKS, CLUSTERS = 6_000_001, 6, 4
 PHOTOGRAPHS = Path("../shared/real")
 TONE = 2.0
 """Gamma that is undone and redone around a change of exposure."""
@@ -251,8 +249,7 @@ def main() -> None:
     arguments = parser.parse_args()
     cv2.setNumThreads(1)
     if arguments.folder == TUNING:
-        for order in season(TUNING_SEED, BLOCKS, CLUSTERS):
-            write(order, TUNING / order.name)
+        render_tuning()
     folders = sorted(p.parent for p in arguments.folder.glob("*/truth.json"))
     measured: dict[str, list[Measures]] = defaultdict(list)
     measured["photographs"] = list(photograph_measures(arguments.photographs))
