@@ -30,12 +30,12 @@ SECTORS = 36
 class FitParameters:
     """How far the parts of an outline are trusted."""
 
-    edge_sd_px: float = 0.5
+    edge_sd_px: float = 0.2
     hidden_sd_share: float = 0.05
     """Of the width: how far off the network's guess of a hidden arc may be."""
     correlation_px: float = 8.0
     """Outline points closer than this share their error."""
-    shape_sd: float = 0.05
+    shape_sd: float = 0.04
     """Of (major - minor) / (major + minor)."""
 
 
