@@ -35,7 +35,7 @@ class FitParameters:
     """Of the width: how far off the network's guess of a hidden arc may be."""
     correlation_px: float = 8.0
     """Outline points closer than this share their error."""
-    shape_sd: float = 0.04
+    shape_sd: float = 0.05
     """Of (major - minor) / (major + minor)."""
 
 

@@ -89,7 +89,7 @@ def size_fruitlet(
     if observed.instance.score < parameters.min_score:
         flags = (*flags, Flag.BAD_OUTLINE)
     if median is None:
-        return Size(None, None, ellipse, None, visible, flags)
+        return Size(None, None, ellipse, None, visible, _unique(flags))
     diameter, spread = diameter_and_spread(fit, surface, calibration, corrections)
     sd = fit.minor_sd_px * calibration.baseline_mm / median
     flags = _unique((*flags, *_value_flags(diameter, sd, spread, parameters)))

@@ -33,11 +33,11 @@ class SizingParameters:
     min_score: float = 0.9
     """A fruitlet that the network is less sure of is seen, not sized: where two overlap, such
     a detection is often a part of one or both."""
-    max_sd_mm: float = 0.35
+    max_sd_mm: float = 0.25
     """A diameter less certain than this is not given out."""
     max_sd_share: float = 0.05
-    min_coverage: float = 0.3
-    min_visible_fraction: float = 0.2
+    min_coverage: float = 0.45
+    min_visible_fraction: float = 0.35
     max_residual_px: float = 1.0
     max_residual_share: float = 0.03
     min_axis_ratio: float = 0.65
