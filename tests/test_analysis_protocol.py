@@ -46,10 +46,12 @@ settings = st.builds(
     lengths,
 )
 requests = st.one_of(
-    st.builds(WarmUp, st.builds(Setup, calibrations | paths, settings, st.none() | paths)),
+    st.builds(
+        WarmUp, st.builds(Setup, st.none() | calibrations | paths, settings, st.none() | paths)
+    ),
     st.builds(
         Analyse,
-        st.builds(SavedCapture, st.text(), paths, paths, paths),
+        st.builds(SavedCapture, st.text(), paths, paths, paths, st.none() | paths),
         st.builds(Expectation, counts, counts),
     ),
     st.just(Ping()),

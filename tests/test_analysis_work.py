@@ -21,8 +21,9 @@ from fieldcam.cli import self_test
 from fieldcam.errors import CalibrationInvalid
 from fieldcam.exchange.readings import dump_reading
 from fieldcam.models import find_models
-from fieldcam.store.captures import CaptureFolder, SavedCapture
-from fieldcam.store.folder import DataKind, open_data_folder
+from fieldcam.store.captures import SavedCapture
+from fieldcam.store.folder import DataKind
+from fieldcam.store.store import open_store
 from fieldcam.values import (
     Calibration,
     ClusterReading,
@@ -38,7 +39,8 @@ from fieldcam.vision.pipeline import Pipeline
 def save(folder: Path, pair: StereoPair) -> SavedCapture:
     taken_at = datetime(2026, 5, 21, tzinfo=UTC)
     raw = RawPair(pair.left, pair.right, PixelFormat.RGB8, taken_at, 0, 0, "L", "R", 1)
-    return CaptureFolder(open_data_folder(folder, DataKind.FIELD)).save(raw)
+    with open_store(folder, DataKind.FIELD) as store:
+        return store.save(raw)
 
 
 class FakePipeline:

@@ -140,6 +140,7 @@ def test_odd_files_are_listed_beside_the_good_ones(tmp_path: Path, odd: str, wor
         ("17_2023-05-19-25-10-00/COLOR/LEFT.png", "does not name a time"),
         ("17_2023-05-19-22-10-00/IR/LEFT.png", "holds no images in COLOR"),
         ("other/17_1_left.png", "neither a day nor a recording"),
+        ("0001-01-01/17_1_left.png", "neither a day nor a recording"),
     ],
 )
 def test_odd_folders_are_listed(tmp_path: Path, odd: str, words: str) -> None:

@@ -15,10 +15,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldcam.errors import ImageUnreadable, StorageError, StorageFull
-from fieldcam.store.captures import CaptureFolder, load_raw
+from fieldcam.store.captures import load_raw
+from fieldcam.store.connection import rows
 from fieldcam.store.durable import write_durably
-from fieldcam.store.folder import DataFolder, DataKind, data_path, open_data_folder
+from fieldcam.store.folder import DataKind, data_path, open_data_folder
 from fieldcam.store.raw_images import decode_raw, encode_raw
+from fieldcam.store.store import open_store
 from fieldcam.values import ImageU8, PixelFormat, RawPair
 
 
@@ -33,8 +35,8 @@ def raw_pair(shape: tuple[int, ...] = (6, 8), simulated: bool = False) -> RawPai
 @pytest.mark.parametrize("shape", [(6, 8), (6, 8, 3)])
 def test_a_saved_pair_comes_back_unchanged(tmp_path: Path, shape: tuple[int, ...]) -> None:
     raw = raw_pair(shape)
-    saved = CaptureFolder(open_data_folder(tmp_path, DataKind.FIELD)).save(raw)
-    back = load_raw(saved)
+    with open_store(tmp_path, DataKind.FIELD) as store:
+        back = load_raw(store.save(raw))
     np.testing.assert_array_equal(back.left, raw.left)
     np.testing.assert_array_equal(back.right, raw.right)
     blank = np.zeros((1, 1), np.uint8)
@@ -44,22 +46,21 @@ def test_a_saved_pair_comes_back_unchanged(tmp_path: Path, shape: tuple[int, ...
 
 
 def test_the_same_image_is_kept_once(tmp_path: Path) -> None:
-    store = CaptureFolder(open_data_folder(tmp_path, DataKind.FIELD))
-    first, second = store.save(raw_pair()), store.save(raw_pair())
+    with open_store(tmp_path, DataKind.FIELD) as store:
+        first, second = store.save(raw_pair()), store.save(raw_pair())
     assert first.left == second.left
     assert first.key != second.key
     assert len(list((tmp_path / "objects").rglob("*.pgm"))) == 2
 
 
 def test_simulated_and_real_captures_do_not_mix(tmp_path: Path) -> None:
-    field = CaptureFolder(open_data_folder(tmp_path / "field", DataKind.FIELD))
+    field, demo = tmp_path / "field", tmp_path / "demo"
+    with open_store(field, DataKind.FIELD) as store, pytest.raises(StorageError):
+        store.save(raw_pair(simulated=True))
     with pytest.raises(StorageError):
-        field.save(raw_pair(simulated=True))
-    with pytest.raises(StorageError):
-        open_data_folder(tmp_path / "field", DataKind.SIMULATED)
-    simulated = CaptureFolder(open_data_folder(tmp_path / "demo", DataKind.SIMULATED))
-    with pytest.raises(StorageError):
-        simulated.save(raw_pair())
+        open_store(field, DataKind.SIMULATED)
+    with open_store(demo, DataKind.SIMULATED) as store, pytest.raises(StorageError):
+        store.save(raw_pair())
 
 
 @pytest.mark.parametrize(
@@ -78,20 +79,22 @@ def test_a_failed_write_leaves_nothing_behind(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_record_is_written_after_both_images(
+def test_the_row_is_written_after_both_images(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    written: list[str] = []
+    written: list[tuple[str, int]] = []
     rename = Path.replace
 
-    def remember(self: Path, target: Path) -> Path:
-        written.append(target.suffix)
-        return rename(self, target)
+    with open_store(tmp_path, DataKind.FIELD) as store:
 
-    store = CaptureFolder(open_data_folder(tmp_path, DataKind.FIELD))
-    monkeypatch.setattr(Path, "replace", remember)
-    store.save(raw_pair())
-    assert written == [".pgm", ".pgm", ".json"]
+        def remember(self: Path, target: Path) -> Path:
+            known = len(rows(store.database, "SELECT id FROM capture"))
+            written.append((target.suffix, known))
+            return rename(self, target)
+
+        monkeypatch.setattr(Path, "replace", remember)
+        store.save(raw_pair())
+    assert written == [(".pgm", 0), (".pgm", 0)]
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"kind": "other"}'])
@@ -113,7 +116,8 @@ def test_where_the_data_folder_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_capture_whose_files_are_gone_is_a_storage_error(tmp_path: Path) -> None:
-    saved = CaptureFolder(DataFolder(tmp_path, DataKind.FIELD)).save(raw_pair())
+    with open_store(tmp_path, DataKind.FIELD) as store:
+        saved = store.save(raw_pair())
     saved.right.unlink()
     with pytest.raises(StorageError):
         load_raw(saved)

@@ -13,10 +13,10 @@ import pytest
 from stored_walks import MadeWalk, SteppingClock, raw_pair, small_store
 
 from fieldcam.errors import DatabaseTooNew, StorageDamaged, StorageError, StorageFull
-from fieldcam.store.captures import CaptureFolder, load_raw
+from fieldcam.store.captures import load_raw
 from fieldcam.store.connection import connect, connect_read_only, rows
 from fieldcam.store.export import export_database
-from fieldcam.store.folder import DataFolder, DataKind
+from fieldcam.store.folder import DataKind
 from fieldcam.store.identity import identify
 from fieldcam.store.integrity import Fault, full_check, rehash
 from fieldcam.store.judgement_rows import Note
@@ -70,17 +70,11 @@ def test_files_that_make_no_pair_stay_as_they_are(tmp_path: Path) -> None:
         assert report.taken_up.loose == (single.name,)
         assert startup_check(store).taken_up.loose == ()
         assert single.exists()
+        store.objects.keep(b"a calibration", ".yml")
+        assert startup_check(store).taken_up.loose == ()
+        assert startup_check(store).sentences == ()
         single.write_bytes(b"")
         assert startup_check(store).problems[0].fault is Fault.CHANGED
-
-
-def test_captures_of_an_older_folder_are_taken_up_with_their_facts(tmp_path: Path) -> None:
-    old = CaptureFolder(DataFolder(tmp_path, DataKind.FIELD)).save(raw_pair(3))
-    with small_store(tmp_path) as store:
-        assert startup_check(store).taken_up.captures == (old.key,)
-        saved = saved_capture(store.database, old.key)
-        assert saved is not None
-        assert load_raw(saved).right_serial == "R1"
 
 
 def test_temporary_files_are_swept_unless_someone_writes(tmp_path: Path) -> None:

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from fieldcam.calibration.rectification import Rectifier, develop
+from pathlib import Path
+
+from fieldcam.analysis.cameras import Camera, open_camera, own_camera
+from fieldcam.calibration.rectification import develop
+from fieldcam.errors import CalibrationInvalid
+from fieldcam.exchange.images import decode_image
 from fieldcam.store.captures import SavedCapture, load_raw
-from fieldcam.values import Calibration, ClusterReading, Expectation, Settings
+from fieldcam.store.raw_images import RAW_SUFFIXES, decode_raw
+from fieldcam.values import Calibration, ClusterReading, Expectation, ImageU8, Settings
 from fieldcam.vision.pipeline import Pipeline
 
 
@@ -12,20 +18,29 @@ class DirectAnalyst:
     """Reads each pair back from the disk, so that what is analysed is what was saved."""
 
     def __init__(
-        self,
-        pipeline: Pipeline,
-        calibration: Calibration,
-        settings: Settings,
-        rectifier: Rectifier | None = None,
+        self, pipeline: Pipeline, camera: Calibration | Path | None, settings: Settings
     ) -> None:
+        """`camera` took the pairs that come without a calibration of their own."""
         self._pipeline = pipeline
-        self._calibration = calibration
+        self._camera = None if camera is None else open_camera(camera)
         self._settings = settings
-        self._rectifier = rectifier
 
     def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
         """The reading of one saved pair."""
-        pair = develop(load_raw(saved))
-        if self._rectifier is not None:
-            pair = self._rectifier.rectify(pair)
-        return self._pipeline.analyse(pair, self._calibration, expectation, self._settings)
+        pair = develop(load_raw(saved, decode_stored))
+        camera = self._camera_of(saved, pair.size_px)
+        pair = camera.rectify(pair)
+        return self._pipeline.analyse(pair, camera.calibration, expectation, self._settings)
+
+    def _camera_of(self, saved: SavedCapture, size_px: tuple[int, int]) -> Camera:
+        if saved.calibration is not None:
+            return own_camera(saved.calibration, size_px)
+        if self._camera is None:
+            raise CalibrationInvalid(f"Capture {saved.key} came without a calibration.")
+        return self._camera
+
+
+def decode_stored(content: bytes, name: str) -> ImageU8:
+    """The image of any file that the store keeps: a camera's raw one, or an imported one."""
+    decode = decode_raw if name.endswith(RAW_SUFFIXES) else decode_image
+    return decode(content, name)

@@ -18,8 +18,9 @@ from fieldcam.values import Calibration, Expectation, Matcher, Method, Settings
 class Setup:
     """What stays the same from pair to pair."""
 
-    camera: Calibration | Path
-    """Of pairs that are already rectified; or the file or folder that says how to rectify."""
+    camera: Calibration | Path | None
+    """Of pairs that are already rectified, or the file or folder that describes the camera;
+    None where every pair comes with its own calibration, which goes before this one anyway."""
     settings: Settings = field(default_factory=Settings)
     data: Path | None = None
     """The data folder, where a user's own networks may lie; None for the shipped ones."""
@@ -57,6 +58,7 @@ def encode_request(request: Request) -> Json:
                 "ask": "analyse",
                 "key": saved.key,
                 "files": [str(path) for path in (saved.left, saved.right, saved.record)],
+                "calibration": _text(saved.calibration),
                 "expectation": asdict(expectation),
             }
         case Ping():
@@ -70,7 +72,8 @@ def decode_request(document: Json) -> Request:
             return WarmUp(_decode_setup(document))
         case "analyse":
             left, right, record = (Path(name) for name in document["files"])
-            saved = SavedCapture(text(document["key"]), left, right, record)
+            calibration = optional(document["calibration"], Path)
+            saved = SavedCapture(text(document["key"]), left, right, record, calibration)
             return Analyse(saved, _decode_expectation(document["expectation"]))
         case _:
             return Ping()
@@ -79,16 +82,20 @@ def decode_request(document: Json) -> Request:
 def _encode_setup(setup: Setup) -> Json:
     camera = setup.camera
     return {
-        "camera": str(camera) if isinstance(camera, Path) else encode_calibration(camera),
+        "camera": encode_calibration(camera) if isinstance(camera, Calibration) else _text(camera),
         "settings": asdict(setup.settings),
-        "data": None if setup.data is None else str(setup.data),
+        "data": _text(setup.data),
     }
+
+
+def _text(path: Path | None) -> str | None:
+    return None if path is None else str(path)
 
 
 def _decode_setup(document: Json) -> Setup:
     camera, settings = document["camera"], document["settings"]
     return Setup(
-        Path(camera) if isinstance(camera, str) else decode_calibration(camera),
+        decode_calibration(camera) if isinstance(camera, dict) else optional(camera, Path),
         Settings(
             method=Method(settings["method"]),
             stereo=Matcher(settings["stereo"]),

@@ -8,8 +8,6 @@ import numpy as np
 
 from fieldcam.analysis.direct import DirectAnalyst
 from fieldcam.analysis.requests import Setup
-from fieldcam.calibration.readers import load_stereo_rig
-from fieldcam.calibration.rectification import Rectifier
 from fieldcam.models import find_models, verify_model
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import Calibration, ClusterReading, Expectation, StereoPair
@@ -42,8 +40,4 @@ class VisionWork:
 
     @functools.cached_property
     def _analyst(self) -> DirectAnalyst:
-        camera, settings = self._setup.camera, self._setup.settings
-        if isinstance(camera, Calibration):
-            return DirectAnalyst(self._pipeline, camera, settings)
-        rig = load_stereo_rig(camera)
-        return DirectAnalyst(self._pipeline, rig.rectified, settings, Rectifier(rig))
+        return DirectAnalyst(self._pipeline, self._setup.camera, self._setup.settings)

@@ -2,7 +2,8 @@
 
 A ROS CameraInfo dump of the right eye describes a pair that is already
 rectified (`load_rectified`); a folder with both eyes' dumps, or what OpenCV's
-stereo calibration sample writes, describes a raw pair (`load_stereo_rig`).
+stereo calibration sample writes, describes a raw pair (`load_stereo_rig`);
+`load_camera` takes either.
 """
 
 from __future__ import annotations
@@ -75,6 +76,13 @@ def load_stereo_rig(path: Path, size_px: tuple[int, int] | None = None) -> Stere
         f"The folder {path} holds no stereo calibration.",
         "It needs left.yml and right.yml, or intrinsics.yml and extrinsics.yml.",
     )
+
+
+def load_camera(path: Path, size_px: tuple[int, int] | None = None) -> Calibration | StereoRig:
+    """Whichever camera a file or folder describes: a rectified one, or both raw eyes."""
+    if path.is_dir() or _is_opencv_rig(document := read_document(path)):
+        return load_stereo_rig(path, size_px)
+    return load_rectified(document.path)
 
 
 def _member(folder: Path, stem: str) -> Path | None:

@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fieldcam import __version__
-from fieldcam.cli import demo, doctor, models, sizing, stages
+from fieldcam.cli import demo, doctor, importing, models, sizing, stages, tag_cards
 from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import emit, flush, narrate
 from fieldcam.errors import ExitCode, FieldcamError, OutputLost
 
-GROUPS = (sizing, stages, demo, models, doctor)
+GROUPS = (sizing, stages, importing, demo, tag_cards, models, doctor)
 INTERRUPTED = 130
 """What shells expect of a program that Ctrl-C ended."""
 

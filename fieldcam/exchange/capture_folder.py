@@ -18,9 +18,9 @@ from pathlib import Path
 
 from fieldcam.errors import BadInput
 
-DAY_FOLDER = re.compile(r"\d{4}-\d{2}-\d{2}", re.ASCII)
-VIEW_FILE = re.compile(r"(\d{1,6})_(\d{1,6})_(left|right)", re.ASCII)
-RECORDING_FOLDER = re.compile(r"(\d{1,6})_(\d{4}(?:-\d{2}){5})", re.ASCII)
+DAY_FOLDER = re.compile(r"[12]\d{3}-\d{2}-\d{2}", re.ASCII)
+VIEW_FILE = re.compile(r"(\d{1,6})_0*([1-9]\d{0,5})_(left|right)", re.ASCII)
+RECORDING_FOLDER = re.compile(r"(\d{1,6})_([12]\d{3}(?:-\d{2}){5})", re.ASCII)
 DATED_CALIBRATION = re.compile(r"\d{4}_\d{2}_\d{2}", re.ASCII)
 
 IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".pgm", ".ppm"})
@@ -43,6 +43,8 @@ class CaptureFile:
     right: Path
     calibration: Path | None
     """None where the folder holds none for that day."""
+    taken_at: datetime | None = None
+    """By the recording's own clock; None where only the day is known."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -163,7 +165,7 @@ def _read_recordings(folder: Path) -> Found:
         for item in _read_recording(path, day, tag_id, calibration):
             if isinstance(item, CaptureFile):
                 views[day, tag_id] += 1
-                item = replace(item, view=views[day, tag_id])
+                item = replace(item, view=views[day, tag_id], taken_at=started)
             yield item
 
 

@@ -1,24 +1,25 @@
-"""Captures in a folder: two image files named by their content, then one small record.
+"""A capture: two image files named by their content, and a row with the camera's facts.
 
-The record is written last and durably, so a capture that has one is complete. It
-is a JSON file here; `store.store` keeps rows of a database instead.
+The row is written last and durably, so a capture that has one is complete.
 """
 
 from __future__ import annotations
 
-import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 from fieldcam.errors import StorageError
-from fieldcam.store.durable import write_durably
 from fieldcam.store.folder import DataFolder, DataKind
+from fieldcam.store.lookups import capture_facts
 from fieldcam.store.objects import Objects
 from fieldcam.store.raw_images import decode_raw, encode_raw, raw_suffix
 from fieldcam.values import ImageU8, PixelFormat, RawPair
+
+Decode = Callable[[bytes, str], ImageU8]
+"""Makes an image of a file's content; the file's name is for the error's sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,37 +31,24 @@ class SavedCapture:
     left: Path
     right: Path
     record: Path
-    """What holds the camera's facts: a JSON file, or the database."""
+    """The database, which holds the camera's facts."""
+    calibration: Path | None = None
+    """The file it came with, where it was imported; None: that of the camera in use."""
 
 
-class CaptureFolder:
-    """Keeps raw pairs in a data folder."""
+def load_raw(saved: SavedCapture, decode: Decode = decode_raw) -> RawPair:
+    """Read a saved pair back.
 
-    def __init__(self, folder: DataFolder) -> None:
-        self._folder = folder
-        self._objects = Objects(folder.path)
-
-    def save(self, raw: RawPair) -> SavedCapture:
-        """Make a raw pair durable; when this returns, no crash can lose it."""
-        refuse_other_kind(self._folder, raw.simulated)
-        left, right = keep_image(self._objects, raw.left), keep_image(self._objects, raw.right)
-        key = str(uuid4())
-        record = self._folder.path / "captures" / f"{key}.json"
-        facts = {"left": left.name, "right": right.name, **camera_facts(raw)}
-        write_durably(record, json.dumps(facts, indent=1).encode())
-        return SavedCapture(key, left, right, record)
-
-
-def load_raw(saved: SavedCapture) -> RawPair:
-    """Read a saved pair back."""
+    What is imported may be PNG or JPEG, which `decode` must know then.
+    """
+    facts = capture_facts(saved.record, saved.key)
     try:
-        facts = _facts_of(saved)
         left, right = saved.left.read_bytes(), saved.right.read_bytes()
-    except (OSError, ValueError) as error:
+    except OSError as error:
         raise StorageError(f"Capture {saved.key} cannot be read back: {error}.") from error
     return RawPair(
-        left=decode_raw(left, saved.left.name),
-        right=decode_raw(right, saved.right.name),
+        left=decode(left, saved.left.name),
+        right=decode(right, saved.right.name),
         pixel_format=PixelFormat(facts["pixel_format"]),
         taken_at=datetime.fromisoformat(facts["taken_at"]),
         left_timestamp_ns=facts["left_timestamp_ns"],
@@ -98,13 +86,3 @@ def camera_facts(raw: RawPair) -> dict[str, Any]:
         "trigger_ordinal": raw.trigger_ordinal,
         "simulated": raw.simulated,
     }
-
-
-def _facts_of(saved: SavedCapture) -> dict[str, Any]:
-    if saved.record.suffix != ".json":
-        # Only captures in a database need SQLite, which takes a while to load.
-        from fieldcam.store.lookups import capture_facts
-
-        return capture_facts(saved.record, saved.key)
-    facts: dict[str, Any] = json.loads(saved.record.read_bytes())
-    return facts

@@ -127,12 +127,6 @@ def notes_on(database: Database, subject: EntryId) -> tuple[str, ...]:
     return tuple(row["text"] for row in rows(database, sql, subject))
 
 
-def captures_of_images(database: Database, left: str, right: str) -> tuple[EntryId, ...]:
-    """Captures with these two files: a second import of a pair adds nothing."""
-    sql = "SELECT id FROM capture WHERE left_file = ? AND right_file = ?"
-    return tuple(row["id"] for row in rows(database, sql, left, right))
-
-
 def _record(database: Database, row: dict[str, Any]) -> CaptureRecord:
     return CaptureRecord(
         id=row["id"],

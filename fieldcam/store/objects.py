@@ -9,6 +9,9 @@ from pathlib import Path
 
 from fieldcam.store.durable import fsync_folder, storage_error, write_durably
 
+CALIBRATION_SUFFIX = ".yml"
+"""All other files are images."""
+
 
 @dataclass(frozen=True, slots=True)
 class Objects:

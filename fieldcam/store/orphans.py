@@ -6,7 +6,6 @@ directly after it, so two files of one size, one after the other, are a pair.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
@@ -14,7 +13,8 @@ from typing import Any
 
 from fieldcam.store.connection import rows
 from fieldcam.store.folder import DataKind
-from fieldcam.store.rows import Draft, EntryId
+from fieldcam.store.objects import CALIBRATION_SUFFIX
+from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.store.walk_rows import Capture, ObjectFile, ObjectRole
 from fieldcam.values import PixelFormat
@@ -26,23 +26,10 @@ _WHY = "its files were found without a row"
 
 def sweep(folder: Path) -> int:
     """Delete what writers that died left under temporary names; how many."""
-    left_over = [p for place in ("objects/*", "captures") for p in folder.glob(f"{place}/.*.part")]
+    left_over = list(folder.glob("objects/*/.*.part"))
     for path in left_over:
         path.unlink(missing_ok=True)
     return len(left_over)
-
-
-def adopt_recorded(store: Store) -> tuple[EntryId, ...]:
-    """Take up captures whose record is a JSON file, as CaptureFolder writes it."""
-    adopted: list[EntryId] = []
-    for record in sorted(store.folder.path.glob("captures/*.json")):
-        if rows(store.database, "SELECT 1 FROM entry WHERE id = ?", record.stem):
-            continue
-        facts = _record(record)
-        if facts is not None and _both_there(store, facts):
-            capture = _capture(store, facts.pop("left"), facts.pop("right"), facts)
-            adopted += store.append(Draft(capture, record.stem), why=_WHY)
-    return tuple(adopted)
 
 
 def adopt_pairs(store: Store, orphans: Iterable[Path]) -> tuple[EntryId, ...]:
@@ -68,12 +55,15 @@ def adopt_pairs(store: Store, orphans: Iterable[Path]) -> tuple[EntryId, ...]:
 
 
 def keep_loose(store: Store, orphans: Iterable[Path]) -> tuple[str, ...]:
-    """Give a row to files of which no capture can be made."""
-    kept = tuple(orphans)
-    for path in kept:
-        loose = ObjectFile(path.name, path.stat().st_size, ObjectRole.LOOSE_IMAGE)
-        store.append(loose, why=_WHY)
-    return tuple(path.name for path in kept)
+    """Give a row to files of which no capture can be made; the images among them."""
+    images = []
+    for path in orphans:
+        calibration = path.suffix == CALIBRATION_SUFFIX
+        role = ObjectRole.CALIBRATION if calibration else ObjectRole.LOOSE_IMAGE
+        store.append(ObjectFile(path.name, path.stat().st_size, role), why=_WHY)
+        if not calibration:
+            images.append(path.name)
+    return tuple(images)
 
 
 def orphans(store: Store) -> tuple[Path, ...]:
@@ -136,16 +126,3 @@ def _capture(store: Store, left: str, right: str, facts: dict[str, Any]) -> Capt
         right_bytes=store.objects.path(right).stat().st_size,
         **facts,
     )
-
-
-def _record(record: Path) -> dict[str, Any] | None:
-    """A damaged record leaves its files to be found as a pair."""
-    try:
-        facts = json.loads(record.read_bytes())
-    except (OSError, ValueError):
-        return None
-    return facts if isinstance(facts, dict) else None
-
-
-def _both_there(store: Store, facts: dict[str, Any]) -> bool:
-    return all(store.objects.is_intact(str(facts.get(side))) for side in ("left", "right"))

@@ -8,10 +8,12 @@ from fieldcam.errors import ImageUnreadable
 from fieldcam.exchange.image_formats import BrokenImage, image_header
 from fieldcam.values import ImageU8
 
+RAW_SUFFIXES = (".pgm", ".ppm")
+
 
 def raw_suffix(image: ImageU8) -> str:
     """File name ending for this image: `.pgm` for (H, W), `.ppm` for (H, W, 3)."""
-    return ".pgm" if image.ndim == 2 else ".ppm"
+    return RAW_SUFFIXES[image.ndim == 3]
 
 
 def encode_raw(image: ImageU8) -> bytes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 from sqlite_utils import Database
 
@@ -107,7 +108,7 @@ def waiting_for_analysis(database: Database) -> tuple[Waiting, ...]:
     path = database_path(database)
     return tuple(
         Waiting(
-            saved=_saved(path, row["id"], row["left_file"], row["right_file"]),
+            saved=_saved(path, row),
             visit=row["visit"],
             tag_expected=row["tag_expected"],
             failures=row["failures"],
@@ -118,10 +119,8 @@ def waiting_for_analysis(database: Database) -> tuple[Waiting, ...]:
 
 def saved_capture(database: Database, capture: EntryId) -> SavedCapture | None:
     """A stored pair as the analysis takes it."""
-    found = rows(database, "SELECT left_file, right_file FROM capture WHERE id = ?", capture)
-    if not found:
-        return None
-    return _saved(database_path(database), capture, found[0]["left_file"], found[0]["right_file"])
+    found = rows(database, "SELECT * FROM capture WHERE id = ?", capture)
+    return _saved(database_path(database), found[0]) if found else None
 
 
 def last_undoable(database: Database, device: EntryId, visit: EntryId) -> Undoable | None:
@@ -167,6 +166,12 @@ def _undecided(database: Database, visit: EntryId) -> tuple[EntryId, ...]:
     return tuple(row["id"] for row in rows(database, sql, visit))
 
 
-def _saved(path: Path, key: EntryId, left: str, right: str) -> SavedCapture:
-    objects = Objects(path.parent)
-    return SavedCapture(key, objects.path(left), objects.path(right), path)
+def _saved(path: Path, row: dict[str, Any]) -> SavedCapture:
+    objects, calibration = Objects(path.parent), row["calibration"]
+    return SavedCapture(
+        row["id"],
+        objects.path(row["left_file"]),
+        objects.path(row["right_file"]),
+        path,
+        None if calibration is None else objects.path(calibration),
+    )

@@ -51,6 +51,8 @@ class Space:
             return False
         try:
             self._allocate()
+        except FileExistsError:
+            return True  # another process was faster
         except OSError as error:
             with suppress(OSError):
                 self._reserve.unlink(missing_ok=True)

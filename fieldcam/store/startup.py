@@ -12,7 +12,7 @@ from fieldcam.store.connection import rows
 from fieldcam.store.durable import storage_error
 from fieldcam.store.integrity import Fault, FileProblem, check_files, quick_check
 from fieldcam.store.journal import Clock
-from fieldcam.store.orphans import adopt_pairs, adopt_recorded, keep_loose, orphans, sweep
+from fieldcam.store.orphans import adopt_pairs, keep_loose, orphans, sweep
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 
@@ -73,7 +73,6 @@ def startup_check(store: Store, clock: Clock = now) -> StartupReport:
 def _take_up(store: Store) -> TakenUp:
     try:
         swept = sweep(store.folder.path)
-        recorded = adopt_recorded(store)
         found = orphans(store)
         intact = [path for path in found if store.objects.is_intact(path.name)]
         paired = adopt_pairs(store, intact)
@@ -82,7 +81,7 @@ def _take_up(store: Store) -> TakenUp:
     except OSError as error:
         raise storage_error(Path(error.filename or store.folder.path), error) from error
     broken = tuple(FileProblem(None, p.name, Fault.CHANGED) for p in found if p not in set(intact))
-    return TakenUp(swept, recorded + paired, loose, broken)
+    return TakenUp(swept, paired, loose, broken)
 
 
 def _clock_behind(store: Store, clock: Clock) -> timedelta | None:

@@ -124,8 +124,13 @@ class Store:
         event = Event(EventKind.SHUTTER, capture.visit, draft.id, capture.tag_expected)
         shots = () if shutter is None else (Draft(event, new_id(), shutter),)
         self.append(draft, *shots)
-        left, right = self.objects.path(capture.left_file), self.objects.path(capture.right_file)
-        return SavedCapture(draft.id, left, right, self.database_path)
+        return SavedCapture(
+            draft.id,
+            self.objects.path(capture.left_file),
+            self.objects.path(capture.right_file),
+            self.database_path,
+            None if capture.calibration is None else self.objects.path(capture.calibration),
+        )
 
     def sign_in(self, name: str) -> EntryId:
         """Rows are by this operator from now on."""

@@ -66,6 +66,8 @@ class Capture(Row):
     simulated: bool
     source: str | None = None
     """Where an imported pair came from."""
+    calibration: str | None = None
+    """SHA-256 and ending of the file it came with; None: that of the camera in use."""
 
 
 @dataclass(frozen=True, slots=True)

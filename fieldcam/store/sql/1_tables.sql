@@ -105,7 +105,8 @@ CREATE TABLE capture (
     right_serial TEXT NOT NULL,
     trigger_ordinal INTEGER NOT NULL,
     simulated INTEGER NOT NULL CHECK (simulated IN (0, 1)),
-    source TEXT  -- where an imported pair came from
+    source TEXT,  -- where an imported pair came from
+    calibration TEXT  -- its file under objects/; NULL: that of the camera in use
 ) STRICT;
 CREATE INDEX capture_visit ON capture (visit);
 CREATE INDEX capture_left ON capture (left_file, right_file);

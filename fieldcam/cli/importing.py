@@ -1,0 +1,130 @@
+"""`fieldcam import`: a folder of captures into the store, analysed."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
+from fieldcam.cli.console import emit, emit_json, narrate
+from fieldcam.cli.networks import checked_models
+from fieldcam.cli.progress import progress
+from fieldcam.errors import BadInput
+from fieldcam.values import Settings, Status
+
+if TYPE_CHECKING:
+    from fieldcam.exchange.capture_folder import CaptureFolder, FolderProblem
+    from fieldcam.session.importing import Outcome
+    from fieldcam.session.walk import Analyst
+
+
+def register(commands: Subparsers[Parser]) -> None:
+    parser = add_command(commands, "import", "store and analyse a folder of captures", _import)
+    parser.add_argument("folder", type=Path, metavar="DIR", help="the folder of captures")
+    parser.add_argument(
+        "--block",
+        type=_name,
+        required=True,
+        metavar="NAME",
+        help="whose clusters these are: one variety of one orchard in one season",
+    )
+    add_json(parser)
+
+
+def _import(arguments: argparse.Namespace) -> None:
+    from fieldcam.exchange.capture_folder import read_capture_folder
+
+    found = read_capture_folder(arguments.folder)
+    models = checked_models(arguments.data)
+    outcomes = tuple(progress(_outcomes(arguments, found), len(found.captures)))
+    problems = _problems(found, outcomes)
+    counts = _counts(outcomes)
+    if arguments.json:
+        narrate(models.honesty)
+        entries = [{"path": str(problem.path), "text": problem.text} for problem in problems]
+        emit_json({"block": arguments.block, **counts, "problems": entries})
+    else:
+        emit("\n".join([*_lines(arguments, counts, problems), "", models.honesty]))
+    if counts["skipped"] == counts["pairs"]:
+        raise BadInput(f"None of the pairs in {arguments.folder} could be imported.")
+
+
+def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[Outcome]:
+    from fieldcam.session.importing import import_pairs
+    from fieldcam.store.folder import DataKind, data_path
+    from fieldcam.store.orchard_rows import Block
+    from fieldcam.store.store import open_store
+
+    path = data_path(arguments.data)
+    with open_store(path, DataKind.FIELD) as store, open_analyst(path) as analyst:
+        block = store.block(Block(arguments.block))
+        yield from import_pairs(store, block, analyst, found.captures)
+
+
+@contextmanager
+def open_analyst(data: Path) -> Iterator[Analyst]:
+    """The analysis process; every imported pair brings its own calibration."""
+    from fieldcam.analysis.requests import Setup
+    from fieldcam.analysis.supervised import SupervisedAnalyst
+    from fieldcam.analysis.supervisor import Supervisor
+
+    with Supervisor(Setup(None, Settings(), data), data / "logs" / "analysis.log") as supervisor:
+        yield SupervisedAnalyst(supervisor)
+
+
+def _problems(found: CaptureFolder, outcomes: Sequence[Outcome]) -> tuple[FolderProblem, ...]:
+    """A day without a calibration is listed once, by the folder."""
+    from fieldcam.exchange.capture_folder import FolderProblem
+
+    of_pairs = (
+        FolderProblem(each.file.left, each.problem)
+        for each in outcomes
+        if each.problem and each.file.calibration is not None
+    )
+    return tuple(sorted([*found.problems, *of_pairs]))
+
+
+def _counts(outcomes: Sequence[Outcome]) -> dict[str, int]:
+    fates = Counter(str(each.fate) for each in outcomes)
+    read = [each.status for each in outcomes if each.status is not None]
+    retakes = read.count(Status.RETAKE)
+    return {
+        "pairs": len(outcomes),
+        **{fate: fates[fate] for fate in ("added", "known", "skipped")},
+        "analysed": len(read),
+        "accepted": len(read) - retakes,
+        "retakes": retakes,
+    }
+
+
+def _lines(
+    arguments: argparse.Namespace, counts: dict[str, int], problems: Sequence[FolderProblem]
+) -> Iterator[str]:
+    yield (
+        f"Block {arguments.block}: of {counts['pairs']} pairs {counts['added']} were added,"
+        f" {counts['known']} were there before, {counts['skipped']} were skipped."
+    )
+    yield (
+        f"{counts['analysed']} were analysed: {counts['accepted']} are accepted,"
+        f" {counts['retakes']} would have to be taken again."
+    )
+    if problems:
+        yield "\nProblems:"
+        yield from (f"  {_shown(arguments.folder, problem)}" for problem in problems)
+
+
+def _shown(folder: Path, problem: FolderProblem) -> str:
+    """The sentence after the place, each named from the folder on."""
+    place, text = problem.path.relative_to(folder), problem.text.replace(f"{folder}/", "")
+    return text if str(place) in text else f"{place}: {text}"
+
+
+def _name(text: str) -> str:
+    """An argparse type for a block's name."""
+    if not text.strip() or not text.isprintable():
+        raise argparse.ArgumentTypeError(f"{text!r} is no name")
+    return text.strip()

@@ -1,0 +1,112 @@
+"""Image files as they lie on the disk: complete, 8-bit and of one size, but not decoded.
+
+Finding this out loads no image library.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from fieldcam.errors import ImageUnreadable, PairMismatch
+from fieldcam.exchange.image_formats import (
+    JPEG_SIGNATURE,
+    PNG_SIGNATURE,
+    BrokenImage,
+    ImageHeader,
+    image_header,
+)
+from fieldcam.values import Calibration
+
+LARGEST_PIXELS = 100_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class ImageFile:
+    """One file whose structure was checked up to its end."""
+
+    name: str
+    """For sentences about it."""
+    content: bytes
+    header: ImageHeader
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.header.width_px, self.header.height_px
+
+    @property
+    def suffix(self) -> str:
+        """The ending that fits its content, whatever it was called."""
+        if self.content.startswith(PNG_SIGNATURE):
+            return ".png"
+        if self.content.startswith(JPEG_SIGNATURE):
+            return ".jpg"
+        return ".pgm" if self.header.channels == 1 else ".ppm"
+
+
+def read_image_file(path: Path) -> ImageFile:
+    """A PNG, JPEG, PGM or PPM file."""
+    return checked_image(_read_bytes(path), str(path))
+
+
+def checked_image(content: bytes, name: str) -> ImageFile:
+    """The same, of what was read already."""
+    try:
+        header = image_header(content)
+    except BrokenImage as error:
+        raise ImageUnreadable(f"{name} {error}.", "Copy it again.") from error
+    if header is None:
+        raise ImageUnreadable(f"{name} is no PNG, JPEG, PGM or PPM image.")
+    _check_header(name, header)
+    return ImageFile(name, content, header)
+
+
+def check_same_size(left: ImageFile, right: ImageFile) -> None:
+    """Refuses two images that cannot be of one exposure."""
+    if left.size_px != right.size_px:
+        raise PairMismatch(
+            f"{left.name} has {_text(left.size_px)}, {right.name} {_text(right.size_px)}.",
+            "Give the two images of one exposure.",
+        )
+
+
+def check_size(calibration: Calibration, size_px: tuple[int, int]) -> None:
+    """Refuses an image whose size (width, height) is not the calibration's."""
+    if size_px == (calibration.width_px, calibration.height_px):
+        return
+    raise PairMismatch(
+        f"The image has {_text(size_px)}, its calibration"
+        f" {calibration.width_px} x {calibration.height_px}.",
+        "Give the calibration of the camera that took it.",
+    )
+
+
+def _read_bytes(path: Path) -> bytes:
+    if path.is_dir():
+        raise ImageUnreadable(f"{path} is a folder, not an image.")
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError as error:
+        raise ImageUnreadable(f"There is no image {path}.") from error
+    except OSError as error:
+        raise ImageUnreadable(f"{path} cannot be read: {error.strerror}.") from error
+    if not data:
+        raise ImageUnreadable(f"{path} is empty.")
+    return data
+
+
+def _check_header(name: str, header: ImageHeader) -> None:
+    if header.bits > 8:
+        raise ImageUnreadable(
+            f"{name} has {header.bits} bits per channel.", "Convert it to 8 bits."
+        )
+    pixels = header.width_px * header.height_px
+    if not 0 < pixels <= LARGEST_PIXELS:
+        raise ImageUnreadable(
+            f"{name} gives an impossible size of {header.width_px} x {header.height_px} pixels."
+        )
+
+
+def _text(size_px: tuple[int, int]) -> str:
+    return f"{size_px[0]} x {size_px[1]} pixels"

@@ -1,0 +1,49 @@
+"""The files of one recorded pair, checked before any of them is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from fieldcam.calibration.readers import load_camera
+from fieldcam.errors import CalibrationInvalid, PairMismatch
+from fieldcam.exchange.capture_folder import CaptureFile
+from fieldcam.exchange.image_files import ImageFile, check_same_size, check_size, read_image_file
+from fieldcam.values import Calibration, PixelFormat
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PairFiles:
+    """Both images and their calibration, byte for byte."""
+
+    left: ImageFile
+    right: ImageFile
+    calibration: bytes
+
+    @property
+    def pixel_format(self) -> PixelFormat:
+        """A PGM that was exported is grey; nothing in it says which colour filter it had."""
+        return PixelFormat.MONO8 if self.left.suffix == ".pgm" else PixelFormat.RGB8
+
+
+def read_pair_files(file: CaptureFile) -> PairFiles:
+    """Raises BadInput where the pair could not be sized."""
+    if file.calibration is None:
+        raise CalibrationInvalid(f"There is no calibration for {file.day}.")
+    left, right = read_image_file(file.left), read_image_file(file.right)
+    check_same_size(left, right)
+    if (left.suffix == ".pgm") != (right.suffix == ".pgm"):
+        raise PairMismatch(f"Only one of {left.name} and {right.name} is in colour.")
+    return PairFiles(left, right, _checked_calibration(file.calibration, left.size_px))
+
+
+@lru_cache(maxsize=4)
+def _checked_calibration(path: Path, size_px: tuple[int, int]) -> bytes:
+    """Its content, if it describes a camera that gives images of this size."""
+    found = load_camera(path, size_px)
+    check_size(found if isinstance(found, Calibration) else found.rectified, size_px)
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise CalibrationInvalid(f"{path} cannot be read: {error.strerror}.") from error

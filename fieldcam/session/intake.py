@@ -1,0 +1,135 @@
+"""Keeps the files of recorded pairs, each under its cluster's name and once only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date, datetime, time
+from enum import StrEnum
+
+from fieldcam.exchange.capture_folder import CaptureFile
+from fieldcam.exchange.pair_files import PairFiles
+from fieldcam.store.captures import SavedCapture
+from fieldcam.store.connection import writing
+from fieldcam.store.imports import (
+    KnownPair,
+    has_calibration,
+    has_cluster,
+    is_untouched,
+    known_pairs,
+)
+from fieldcam.store.judgement_rows import Action, Decision
+from fieldcam.store.objects import CALIBRATION_SUFFIX
+from fieldcam.store.orchard_rows import Cluster
+from fieldcam.store.resuming import saved_capture
+from fieldcam.store.rows import EntryId
+from fieldcam.store.store import Store
+from fieldcam.store.walk_rows import Capture, Event, EventKind, ObjectFile, ObjectRole
+
+
+class Fate(StrEnum):
+    """What became of a pair's files."""
+
+    ADDED = "added"
+    KNOWN = "known"
+    """They were in the store before."""
+    SKIPPED = "skipped"
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """A pair as the store has it now."""
+
+    fate: Fate
+    unread: SavedCapture | None = None
+    """Where it has no reading yet."""
+    problem: str = ""
+    """Why it was skipped."""
+
+
+@dataclass(frozen=True, slots=True)
+class Intake:
+    """Takes pairs into one block of an open store."""
+
+    store: Store
+    block: EntryId
+
+    def take(self, file: CaptureFile, pair: PairFiles) -> Taken:
+        """Make a pair durable, unless it is known."""
+        self.store.space.check()
+        keep = self.store.objects.keep
+        left, right = (keep(eye.content, eye.suffix).name for eye in (pair.left, pair.right))
+        # Under the write lock, so that two imports of one folder add each pair once.
+        with writing(self.store.database):
+            known = known_pairs(self.store.database, left, right)
+            for each in known:
+                if each.is_of(self.block, file.day, file.tag_id):
+                    return self._known(each)
+            for each in known:
+                if each.stands:
+                    return Taken(Fate.SKIPPED, problem=_stored_as(file, each))
+            self._tidy(known)
+            self._learn(file.tag_id)
+            capture = self._capture(file, pair, left, right)
+            return Taken(Fate.ADDED, self.store.add_capture(capture))
+
+    def visit(self, day: date) -> EntryId:
+        """The block's visit of this day; one that only the import made is over at once."""
+        visit = self.store.visit(self.block, day)
+        if is_untouched(self.store.database, visit):
+            self.store.append(Event(EventKind.VISIT_ENDED, visit))
+        return visit
+
+    def _known(self, pair: KnownPair) -> Taken:
+        if pair.analysed or pair.discarded:
+            return Taken(Fate.KNOWN)
+        return Taken(Fate.KNOWN, saved_capture(self.store.database, pair.capture))
+
+    def _tidy(self, known: tuple[KnownPair, ...]) -> None:
+        """What was taken up of these files after a crash, without a tag, counts no more."""
+        left_over = (each.capture for each in known if not each.discarded)
+        for capture in left_over:
+            self.store.append(Decision(capture, Action.DISCARD), why="it was imported")
+
+    def _calibration(self, content: bytes) -> str:
+        """The name of its file, which has a row of its own."""
+        name = self.store.objects.keep(content, CALIBRATION_SUFFIX).name
+        if not has_calibration(self.store.database, name):
+            self.store.append(ObjectFile(name, len(content), ObjectRole.CALIBRATION))
+        return name
+
+    def _learn(self, tag_id: int) -> None:
+        """A tag of which there are pictures belongs to the block."""
+        if not has_cluster(self.store.database, self.block, tag_id):
+            self.store.append(Cluster(self.block, tag_id))
+
+    def _capture(self, file: CaptureFile, pair: PairFiles, left: str, right: str) -> Capture:
+        return Capture(
+            visit=self.visit(file.day),
+            tag_expected=file.tag_id,
+            view=file.view,
+            retake_of=None,
+            left_file=left,
+            right_file=right,
+            left_bytes=len(pair.left.content),
+            right_bytes=len(pair.right.content),
+            pixel_format=pair.pixel_format.value,
+            taken_at=_taken_at(file).isoformat(),
+            left_timestamp_ns=0,
+            right_timestamp_ns=0,
+            left_serial="",
+            right_serial="",
+            trigger_ordinal=0,
+            simulated=False,
+            source=str(file.left.absolute()),
+            calibration=self._calibration(pair.calibration),
+        )
+
+
+def _taken_at(file: CaptureFile) -> datetime:
+    """Local time; midnight where only the day is known."""
+    return (file.taken_at or datetime.combine(file.day, time())).astimezone()
+
+
+def _stored_as(file: CaptureFile, pair: KnownPair) -> str:
+    where = f"tag {pair.tag_expected} of {pair.day}, block {pair.block_name}"
+    return f"{file.left.name} and {file.right.name} are stored already, as {where}."

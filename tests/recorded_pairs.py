@@ -1,0 +1,68 @@
+"""Folders of small recorded pairs, and an analyst that reads whatever it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+from made_readings import TAG, made_fruitlet, made_reading
+
+from fieldcam.errors import FieldcamError
+from fieldcam.store.captures import SavedCapture
+from fieldcam.values import ClusterReading, Expectation, Status, Verdict
+
+WIDTH, HEIGHT = 64, 48
+CAMERA_INFO = """\
+height: {height}
+width: {width}
+distortion_model: "plumb_bob"
+D: [0.0, 0.0, 0.0, 0.0, 0.0]
+K: [80.0, 0.0, 32.0, 0.0, 80.0, 24.0, 0.0, 0.0, 1.0]
+R: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+P: [80.0, 0.0, 32.0, {tx}, 0.0, 80.0, 24.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+"""
+
+
+def write_calibration(path: Path, baseline_mm: float = 60.0, width: int = WIDTH) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    tx = -80.0 * baseline_mm / 1000
+    path.write_text(CAMERA_INFO.format(height=HEIGHT, width=width, tx=tx))
+    return path
+
+
+def write_image(path: Path, seed: int, shape: tuple[int, ...] = (HEIGHT, WIDTH, 3)) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    noise = np.random.default_rng(seed).integers(0, 256, shape).astype(np.uint8)
+    assert cv2.imwrite(str(path), noise)
+    return path
+
+
+def write_pairs(folder: Path, stems: Iterable[str], suffix: str = ".png") -> Path:
+    """`stems` as `2026-05-21/17_1`; every picture is another one."""
+    for number, stem in enumerate(stems):
+        for eye, side in enumerate(("left", "right")):
+            shape = (HEIGHT, WIDTH) if suffix == ".pgm" else (HEIGHT, WIDTH, 3)
+            write_image(folder / f"{stem}_{side}{suffix}", 2 * number + eye + 1000, shape)
+    write_calibration(folder / "calibration.yml")
+    return folder
+
+
+@dataclass
+class FakeAnalyst:
+    """Finds three fruitlets and the tag that was expected."""
+
+    asked: list[tuple[SavedCapture, Expectation]] = field(default_factory=list)
+    status: Status = Status.ACCEPT
+    error: FieldcamError | None = None
+
+    def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
+        self.asked.append((saved, expectation))
+        if self.error is not None:
+            raise self.error
+        assert expectation.tag_id is not None
+        fruitlets = [made_fruitlet(n, (100.0, 100.0), 9.0) for n in range(3)]
+        tag = replace(TAG, id=expectation.tag_id)
+        return made_reading(fruitlets, Verdict(self.status), tag, expectation)

@@ -1,0 +1,226 @@
+"""`fieldcam import` counts what it did, lists what it could not do, and can be run again."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NoReturn
+
+import pytest
+from recorded_pairs import FakeAnalyst, write_pairs
+
+from fieldcam.cli import main, self_test
+from fieldcam.cli.progress import progress
+from fieldcam.errors import ExitCode, StorageFull
+from fieldcam.exchange.images import write_png
+from fieldcam.store.connection import connect_read_only, rows
+from fieldcam.store.space import Space
+
+Capture = pytest.CaptureFixture[str]
+THREE = ("2026-05-21/17_1", "2026-05-21/18_1", "2026-05-25/17_1")
+
+
+@pytest.fixture(autouse=True)
+def folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is read from or written to the user's own folders."""
+    monkeypatch.setenv("FIELDCAM_DATA", str(tmp_path / "data"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+
+@pytest.fixture
+def analyst(monkeypatch: pytest.MonkeyPatch) -> FakeAnalyst:
+    fake = FakeAnalyst()
+
+    @contextmanager
+    def open_fake(data: Path) -> Iterator[FakeAnalyst]:
+        yield fake
+
+    monkeypatch.setattr("fieldcam.cli.importing.open_analyst", open_fake)
+    return fake
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return write_pairs(tmp_path / "season", THREE)
+
+
+def run(capsys: Capture, *argv: object) -> tuple[int, str, str]:
+    code = main(["import", *map(str, argv)])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def document(capsys: Capture, folder: Path) -> dict[str, Any]:
+    code, out, _ = run(capsys, folder, "--block", "North", "--json")
+    assert code == ExitCode.OK
+    found: dict[str, Any] = json.loads(out)
+    return found
+
+
+def test_the_document_counts_and_a_second_run_adds_nothing(
+    capsys: Capture, folder: Path, analyst: FakeAnalyst
+) -> None:
+    assert document(capsys, folder) == {
+        "block": "North",
+        "pairs": 3,
+        "added": 3,
+        "known": 0,
+        "skipped": 0,
+        "analysed": 3,
+        "accepted": 3,
+        "retakes": 0,
+        "problems": [],
+    }
+    again = document(capsys, folder)
+    assert (again["added"], again["known"], again["analysed"]) == (0, 3, 0)
+
+
+def test_bad_pairs_are_listed_at_the_end_with_one_sentence_each(
+    capsys: Capture, folder: Path, analyst: FakeAnalyst
+) -> None:
+    (folder / "2026-05-21" / "17_1_left.png").write_bytes(b"")
+    (folder / "2026-05-25" / "9_1_left.png").write_bytes(b"x")
+    (folder / "2026-05-25" / "9_0_left.png").write_bytes(b"x")
+    code, out, err = run(capsys, folder, "--block", "North")
+    assert code == ExitCode.OK
+    assert "of 3 pairs 2 were added, 0 were there before, 1 were skipped" in out
+    listed = [line.strip() for line in out.partition("Problems:\n")[2].splitlines()][:3]
+    assert listed == [
+        "2026-05-21/17_1_left.png is empty.",
+        "2026-05-25/9_0_left.png: 9_0_left.png is no <tag>_<n>_left or _right image.",
+        "2026-05-25/9_1_left.png: 9_1_left.png has no partner from the other eye.",
+    ]
+    assert err.splitlines() == ["1 of 3", "2 of 3", "3 of 3"]
+    assert len(document(capsys, folder)["problems"]) == 3
+
+
+def test_a_day_without_calibration_is_listed_once(
+    capsys: Capture, folder: Path, analyst: FakeAnalyst
+) -> None:
+    (folder / "calibration.yml").rename(folder / "2026-05-25" / "calibration.yml")
+    found = document(capsys, folder)
+    assert (found["skipped"], found["added"]) == (2, 1)
+    assert [p["text"] for p in found["problems"]] == ["There is no calibration for 2026-05-21."]
+
+
+def test_a_folder_of_bad_pairs_only_is_bad_input(
+    capsys: Capture, folder: Path, analyst: FakeAnalyst
+) -> None:
+    (folder / "calibration.yml").write_text("nonsense")
+    code, out, err = run(capsys, folder, "--block", "North", "--json")
+    assert code == ExitCode.BAD_INPUT
+    assert len(json.loads(out)["problems"]) == 3
+    assert err.splitlines()[-1].startswith("fieldcam: None of the pairs")
+
+
+def mark_as_simulated(folder: Path, data: Path) -> None:
+    data.mkdir()
+    (data / "fieldcam-data.json").write_text('{"schema": 1, "kind": "simulated"}')
+
+
+def put_a_file_there(folder: Path, data: Path) -> None:
+    data.write_text("a file")
+
+
+def damage_the_database(folder: Path, data: Path) -> None:
+    data.mkdir()
+    (data / "fieldcam.db").write_bytes(b"no database" * 1000)
+
+
+@pytest.mark.parametrize("harm", [mark_as_simulated, put_a_file_there, damage_the_database])
+def test_a_data_folder_that_cannot_be_used_is_one_sentence(
+    capsys: Capture,
+    tmp_path: Path,
+    folder: Path,
+    analyst: FakeAnalyst,
+    harm: Callable[[Path, Path], None],
+) -> None:
+    harm(folder, tmp_path / "data")
+    code, out, err = run(capsys, folder, "--block", "North", "--json")
+    assert (code, out) == (ExitCode.STORAGE, "")
+    assert len(err.splitlines()) == 1 and err.startswith("fieldcam: ")
+
+
+def test_a_full_disk_ends_it_and_the_next_run_goes_on(
+    capsys: Capture, folder: Path, analyst: FakeAnalyst, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers = iter([None, StorageFull("Only 1 MB are free.")])
+
+    def check(self: Space) -> None:
+        if (error := next(answers)) is not None:
+            raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Space, "check", check)
+        code, out, err = run(capsys, folder, "--block", "North", "--json")
+    assert (code, out) == (ExitCode.STORAGE, "")
+    assert err.splitlines()[-1] == "fieldcam: Only 1 MB are free."
+    assert document(capsys, folder)["known"] == 1
+
+
+@pytest.mark.parametrize(
+    "argv", [[], ["DIR"], ["DIR", "--block", " "], ["absent", "--block", "North"]], ids=" ".join
+)
+def test_wrong_usage_is_one_sentence(capsys: Capture, argv: list[str]) -> None:
+    code, out, err = run(capsys, *argv)
+    assert (code, out) == (ExitCode.BAD_INPUT, "")
+    assert len(err.splitlines()) == 1
+
+
+def test_an_empty_folder_is_bad_input(capsys: Capture, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    code, _, err = run(capsys, tmp_path / "empty", "--block", "North")
+    assert code == ExitCode.BAD_INPUT and "holds no captures" in err
+    assert not (tmp_path / "data").exists()
+
+
+def test_a_terminal_sees_a_bar(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert list(progress("abc", 3)) == ["a", "b", "c"]
+    drawn = capsys.readouterr().err.split("\r")
+    assert drawn[1].startswith("[....")
+    assert drawn[3] == "[####################..........] 2 of 3\x1b[K"
+    assert drawn[-1] == "\x1b[K"
+
+
+def test_ctrl_c_leaves_what_was_imported(
+    capsys: Capture, folder: Path, analyst: FakeAnalyst, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(analyst, "analyse", stop)
+        assert run(capsys, folder, "--block", "North")[0] == 130
+    found = document(capsys, folder)
+    assert (found["added"], found["known"], found["analysed"]) == (2, 1, 3)
+
+
+@pytest.mark.slow
+def test_the_real_analysis_reads_a_png(capsys: Capture, tmp_path: Path) -> None:
+    """With the shipped networks in a process of its own."""
+    os.environ.pop("FIELDCAM_DATA")
+    drawn, camera = self_test.drawn_pair(), self_test.CAMERA
+    day = tmp_path / "season" / "2026-05-21"
+    day.mkdir(parents=True)
+    write_png(day / "17_1_left.png", drawn.left)
+    write_png(day / "17_1_right.png", drawn.right)
+    shift = -camera.focal_px * camera.baseline_mm / 1000
+    (day / "calibration.yml").write_text(
+        f"height: {camera.height_px}\nwidth: {camera.width_px}\n"
+        f"P: [{camera.focal_px}, 0.0, {camera.cx_px}, {shift},"
+        f" 0.0, {camera.focal_px}, {camera.cy_px}, 0.0, 0.0, 0.0, 1.0, 0.0]\n"
+    )
+    data = tmp_path / "data"
+    code, out, _ = run(
+        capsys, day.parent, "--block", "North", "--data", data, "--json"
+    )  # fmt: skip
+    assert code == ExitCode.OK
+    assert json.loads(out)["analysed"] == 1
+    database = connect_read_only(data / "fieldcam.db")
+    (reading,) = rows(database, "SELECT tag_read FROM reading")
+    assert reading["tag_read"] == self_test.TAG_ID
