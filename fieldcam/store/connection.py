@@ -11,6 +11,7 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from time import monotonic, sleep
 from typing import Any
 
 from sqlite_utils import Database
@@ -21,6 +22,7 @@ APPLICATION_ID = 0x66636D31
 """`fcm1` in ASCII: marks a file as fieldcam's."""
 BUSY_TIMEOUT_S = 30.0
 """How long a writer waits for other writers."""
+WAL_RETRY_S = 0.01
 _NO_ROOM_BYTES = 1 << 20
 _DAMAGED = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 _UNWRITABLE = (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM)
@@ -38,7 +40,7 @@ def connect(path: Path, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Database:
         )
         database = Database(connection)
         try:
-            _make_durable(database, path)
+            _make_durable(database, path, busy_timeout_s)
         except BaseException:
             database.close()
             raise
@@ -106,8 +108,8 @@ def _roll_back(database: Database) -> None:
         database.execute("ROLLBACK")
 
 
-def _make_durable(database: Database, path: Path) -> None:
-    if database.execute("PRAGMA journal_mode=WAL").fetchone()[0] != "wal":
+def _make_durable(database: Database, path: Path, busy_timeout_s: float) -> None:
+    if _switched_to_wal(database, busy_timeout_s) != "wal":
         raise StorageError(
             f"The disk of {path} does not support SQLite's write-ahead log.",
             "Use a data folder on a local disk.",
@@ -117,6 +119,19 @@ def _make_durable(database: Database, path: Path) -> None:
     for pragma, wanted in (("synchronous", 2), ("foreign_keys", 1)):
         if database.execute(f"PRAGMA {pragma}").fetchone()[0] != wanted:
             raise StorageError(f"SQLite does not take the setting {pragma} for {path}.")
+
+
+def _switched_to_wal(database: Database, busy_timeout_s: float) -> str:
+    """The journal mode that came of it; SQLite itself does not wait for this switch."""
+    deadline_s = monotonic() + busy_timeout_s
+    while True:
+        try:
+            mode: str = database.execute("PRAGMA journal_mode=WAL").fetchone()[0]
+            return mode
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode & 0xFF not in _BUSY or monotonic() > deadline_s:
+                raise
+            sleep(WAL_RETRY_S)
 
 
 def _open_to_read(path: Path, how: str, busy_timeout_s: float) -> Database:
