@@ -51,10 +51,12 @@ class _SafeDetector(Detector):
 class _SharedDetector:
     """One detector for all threads; its C code works on one image at a time."""
 
-    def __init__(self, threads: int) -> None:
+    def __init__(self) -> None:
         self._lock = threading.Lock()
+        # With more threads of its own the library now and then crashes: its worker
+        # pool starts before its mutexes are set up (AprilRobotics/apriltag 339).
         self._detector = _SafeDetector(
-            families=FAMILY, nthreads=threads, quad_decimate=1.0, refine_edges=0
+            families=FAMILY, nthreads=1, quad_decimate=1.0, refine_edges=0
         )
 
     def detect(self, grey: ImageU8) -> list[Detection]:
@@ -62,16 +64,15 @@ class _SharedDetector:
             return self._detector.detect(grey)
 
 
-@lru_cache(maxsize=4)
-def _shared_detector(threads: int) -> _SharedDetector:
-    return _SharedDetector(threads)
+@lru_cache(maxsize=1)
+def _shared_detector() -> _SharedDetector:
+    return _SharedDetector()
 
 
 def detect_tags(
     image: ImageU8,
     calibration: Calibration | None = None,
     tag_size_mm: float = TAG_SIZE_MM,
-    threads: int = 1,
 ) -> tuple[TagPose, ...]:
     """All tags of an image, RGB or one channel, duplicates included.
 
@@ -81,7 +82,7 @@ def detect_tags(
         return ()
     colourless = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     grey = np.ascontiguousarray(colourless, np.uint8)
-    detections = _shared_detector(threads).detect(grey)
+    detections = _shared_detector().detect(grey)
     return tuple(
         _tag_pose(detection, grey, calibration, tag_size_mm)
         for detection in detections
