@@ -1,0 +1,197 @@
+"""The operator's decisions, as rows: what each key writes, and when it is refused.
+
+Every method gives the sentence that tells the operator what was done, or raises
+NotNow or Doubtful before anything was written.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fieldcam.session.doubt import Doubtful, NotNow
+from fieldcam.session.shutter import Shot
+from fieldcam.session.state import Shown, Stage, missing
+from fieldcam.session.viewing import WalkView
+from fieldcam.store.judgement_rows import (
+    Action,
+    Answer,
+    Decision,
+    FruitletMark,
+    MarkKind,
+    Note,
+    Skip,
+    TagCorrection,
+    TargetCorrection,
+)
+from fieldcam.store.walk_rows import Event, EventKind
+from fieldcam.store.walks import ClusterState
+from fieldcam.values import Status
+
+MARKS = {Answer.FALLEN: MarkKind.FALLEN, Answer.HIDDEN: MarkKind.HIDDEN}
+
+
+@dataclass(frozen=True, slots=True)
+class WalkBook:
+    """Decisions about one visit; used by one thread."""
+
+    view: WalkView
+
+    def shot(self, insist: bool = False) -> Shot:
+        """The picture that is due here."""
+        tag_id, route = self._standing(), self.view.route()
+        stop, shown = route.stop(tag_id), self.view.shown(tag_id, route)
+        if stop is not None and stop.state is ClusterState.ACCEPTED and not insist:
+            raise Doubtful(f"Tag {tag_id} is done already. Take it again?")
+        expected = self.view.expectation(tag_id)
+        if shown is None:
+            return Shot(expected)
+        return Shot(expected, shown.record.view, retake_of=shown.id)
+
+    def second_view(self) -> Shot:
+        """A picture of the same cluster from another side, beside the last one."""
+        shown, tag_id = self._shown(), self._standing()
+        return Shot(self.view.expectation(tag_id), shown.record.view + 1)
+
+    def accept(self, insist: bool = False) -> str:
+        """The picture counts; on to the next cluster."""
+        shown = self._shown()
+        if shown.record.action is Action.ACCEPT:
+            raise NotNow("This picture is accepted already.")
+        self._check_tag(shown)
+        if self._missing(shown):
+            raise NotNow("Fewer fruitlets than last visit: F fallen, H hidden, or R retake.")
+        if not insist and shown.status is Status.RETAKE:
+            raise Doubtful("The verdict is RETAKE. Keep this picture all the same?")
+        if not insist and shown.stage is not Stage.READ:
+            raise Doubtful("There is no verdict on this picture. Keep it all the same?")
+        tag_id = self._standing()
+        self.view.store.append(Decision(shown.id, Action.ACCEPT))
+        self._move_on(tag_id)
+        return f"Tag {tag_id} accepted."
+
+    def answer(self, answer: Answer) -> str:
+        """The answer to CONFIRM's question; without one, a mark for one fruitlet more."""
+        tag_id = self._standing()
+        shown = self.view.shown(tag_id, self.view.route())
+        missing = 0 if shown is None else self._missing(shown)
+        mark = FruitletMark.on_cluster(MARKS[answer], self.view.visit, tag_id, max(1, missing))
+        if shown is None or not missing:
+            self.view.store.append(mark)
+            return f"One fruitlet of tag {tag_id} marked {answer}."
+        self._check_tag(shown)
+        # The mark comes last, so that an undo after a restart takes it back first.
+        self.view.store.append(Decision(shown.id, Action.ACCEPT, answer), mark)
+        self._move_on(tag_id)
+        return f"Tag {tag_id} accepted, {missing} {answer}."
+
+    def retake(self) -> str:
+        """The picture does not count; the cluster waits for another one."""
+        shown, tag_id = self._shown(), self._standing()
+        self.view.store.append(Decision(shown.id, Action.RETAKE))
+        return f"Tag {tag_id}: take it again."
+
+    def correct_tag(self, tag_id: int, insist: bool = False) -> str:
+        """The picture shows this tag, whatever was read."""
+        shown, stop = self._shown(), self.view.route().stop(tag_id)
+        if stop is None:
+            raise NotNow(f"Tag {tag_id} is not on this route.")
+        if not insist and stop.state is ClusterState.ACCEPTED and shown.record.tag_id != tag_id:
+            raise Doubtful(f"Tag {tag_id} is done already. Is this another picture of it?")
+        self.view.store.append(TagCorrection(shown.id, tag_id))
+        self._stand_at(tag_id)
+        return f"The picture is of tag {tag_id}."
+
+    def other_target(self) -> str:
+        """The next cluster of the picture is the tagged one."""
+        shown = self._shown()
+        if shown.reading is None or shown.record.reading is None:
+            raise NotNow("There is no reading to choose a cluster in.")
+        found = sorted({f.cluster for f in shown.reading.fruitlets if f.cluster is not None})
+        if len(found) < 2:
+            raise NotNow("Only one cluster was found in this picture.")
+        ids = {fruitlet.id for fruitlet in shown.target}
+        now = next((f.cluster for f in shown.reading.fruitlets if f.id in ids), None)
+        chosen = found[(found.index(now) + 1) % len(found)] if now in found else found[0]
+        self.view.store.append(TargetCorrection(shown.record.reading.id, chosen))
+        return f"Target is cluster {found.index(chosen) + 1} of {len(found)}."
+
+    def strike(self, fruitlet: int) -> str:
+        """This is no fruitlet."""
+        shown = self._shown()
+        standing = [seen.id for seen in shown.target if seen.living]
+        if shown.record.reading is None or fruitlet not in standing:
+            raise NotNow("Choose a fruitlet of the list first.")
+        mark = FruitletMark.on_fruitlet(MarkKind.NOT_A_FRUITLET, shown.record.reading.id, fruitlet)
+        self.view.store.append(mark)
+        return "Struck out: no fruitlet."
+
+    def note(self, text: str) -> str:
+        """A note on the picture; without one, on the visit."""
+        if not text.strip():
+            raise NotNow("The note is empty.")
+        tag_id = self.view.standing()
+        shown = self.view.shown(tag_id, self.view.route())
+        subject = self.view.visit if shown is None else shown.id
+        self.view.store.append(Note(text.strip(), subject))
+        return "Noted."
+
+    def skip(self) -> str:
+        """Leave this cluster out today."""
+        tag_id = self._standing()
+        self.view.store.append(Skip(self.view.visit, tag_id))
+        self._move_on(tag_id)
+        return f"Tag {tag_id} skipped."
+
+    def go_to(self, tag_id: int) -> str:
+        """Stand at another cluster."""
+        stop = self.view.route().stop(tag_id)
+        if stop is None:
+            raise NotNow(f"Tag {tag_id} is not on this route.")
+        self._stand_at(tag_id)
+        done = ", which is done already" if stop.state is ClusterState.ACCEPTED else ""
+        return f"At tag {tag_id}{done}."
+
+    def step(self, by: int) -> str:
+        """Stand at the route's next or previous cluster, whatever its state."""
+        tags = [stop.tag_id for stop in self.view.route().stops]
+        if not tags:
+            raise NotNow("This block has no clusters yet.")
+        here = self.view.standing()
+        if here not in tags:
+            return self.go_to(tags[0 if by > 0 else -1])
+        return self.go_to(tags[(tags.index(here) + by) % len(tags)])
+
+    def stand_where_undone(self, tag_id: int | None) -> None:
+        """Where the operator can see what an undo changed."""
+        if tag_id is not None:
+            self._stand_at(tag_id)
+
+    def _standing(self) -> int:
+        tag_id = self.view.standing()
+        if tag_id is None:
+            raise NotNow("All clusters are done. Choose one on the route to go back to it.")
+        return tag_id
+
+    def _shown(self) -> Shown:
+        shown = self.view.shown(self._standing(), self.view.route())
+        if shown is None:
+            raise NotNow("There is no picture of this cluster yet.")
+        return shown
+
+    def _missing(self, shown: Shown) -> int:
+        return missing(shown, self.view.expectation(self._standing()).fruitlets)
+
+    def _check_tag(self, shown: Shown) -> None:
+        read, due = shown.wrong_tag, shown.record.tag_id
+        if read is not None:
+            raise NotNow(f"Tag {read} was read, {due} is due: R retakes, T says which it is.")
+
+    def _move_on(self, tag_id: int) -> None:
+        """To the next cluster that needs a picture, unless the rows say so already."""
+        if self.view.standing() == tag_id:
+            self._stand_at(self.view.route().next_tag(tag_id))
+
+    def _stand_at(self, tag_id: int | None) -> None:
+        if self.view.standing() != tag_id:
+            went = Event(EventKind.WENT_TO, self.view.visit, tag_id=tag_id)
+            self.view.store.append(went)

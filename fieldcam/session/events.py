@@ -1,0 +1,94 @@
+"""What a live walk tells its listener, from threads of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fieldcam.errors import FieldcamError
+from fieldcam.session.state import WalkState
+from fieldcam.store.captures import SavedCapture
+from fieldcam.values import Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class CameraReady:
+    """The camera was opened."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraTrouble:
+    """No picture was taken."""
+
+    error: FieldcamError
+
+
+@dataclass(frozen=True, slots=True)
+class Saved:
+    """A picture is safe on the disk."""
+
+    capture: SavedCapture
+    tag_id: int | None
+    duration_ms: float
+    """From the pair in memory to durable."""
+
+
+@dataclass(frozen=True, slots=True)
+class StorageTrouble:
+    """Something could not be written; a picture that was not announced as saved is not."""
+
+    error: FieldcamError
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictReady:
+    """A saved picture was read."""
+
+    capture: SavedCapture
+    tag_id: int | None
+    verdict: Verdict
+    duration_ms: float
+    """From saved to reading."""
+
+
+@dataclass(frozen=True, slots=True)
+class AnalysisTrouble:
+    """A saved picture could not be read; it is kept."""
+
+    capture: SavedCapture
+    tag_id: int | None
+    error: FieldcamError
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """A command was carried out."""
+
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A command was not carried out, and why."""
+
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True)
+class Doubted:
+    """A command that is carried out only when the operator insists."""
+
+    sentence: str
+    insist: Callable[[], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """The walk's new state; comes after the events that led to it."""
+
+    state: WalkState
+
+
+ShutterEvent = CameraReady | CameraTrouble | Saved | StorageTrouble
+LiveEvent = ShutterEvent | VerdictReady | AnalysisTrouble | Done | Refused | Doubted | Changed
+Listener = Callable[[LiveEvent], None]

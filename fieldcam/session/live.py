@@ -1,0 +1,188 @@
+"""The live walk, as a library: any screen, or a test, drives it.
+
+Two threads: the camera's takes and saves pictures (`Shutter`), the walk's own
+keeps everything else, so that neither a slow exposure nor a slow analysis holds
+up a decision. Commands return at once; what came of them is told to one
+listener, in the threads of the walk, which must only pass it on.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from queue import SimpleQueue
+
+from fieldcam.analysis.status import Status
+from fieldcam.camera.port import FlashStereoDevice
+from fieldcam.errors import FieldcamError
+from fieldcam.session import events
+from fieldcam.session.book import WalkBook
+from fieldcam.session.doubt import Doubtful, NotNow
+from fieldcam.session.reading import Analysis, Readings
+from fieldcam.session.shutter import Shot, Shutter
+from fieldcam.session.state import CameraState
+from fieldcam.session.undoing import undo_last
+from fieldcam.session.viewing import WalkView
+from fieldcam.session.walk import DEADLINE_S
+from fieldcam.store.captures import SavedCapture
+from fieldcam.store.judgement_rows import Answer
+from fieldcam.store.rows import EntryId
+from fieldcam.store.store import Store
+
+
+class LiveWalk:
+    """One visit in an open store; runs from the moment it is made until `close`."""
+
+    def __init__(
+        self,
+        store: Store,
+        visit: EntryId,
+        open_camera: Callable[[], FlashStereoDevice],
+        start_analysis: Callable[[Callable[[Status], None]], Analysis],
+        listener: events.Listener,
+        deadline_s: float = DEADLINE_S,
+    ) -> None:
+        """`start_analysis` is given what wants to hear of the analysis's status."""
+        self._store, self._tell = store, listener
+        self._view = WalkView(store, visit)
+        self._book = WalkBook(self._view)
+        self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._camera, self._in_flight = CameraState.OPENING, 0
+        self._analysis = start_analysis(lambda status: self._inbox.put(_nothing))
+        self._readings = Readings(self._view, self._analysis, self._inbox.put, listener)
+        self._inbox.put(partial(self._readings.take_up, again=False))
+        self._thread = threading.Thread(target=self._run, name="walk", daemon=True)
+        self._thread.start()
+        self._shutter = Shutter(store, visit, open_camera, self._heard, deadline_s)
+
+    def shoot(self) -> None:
+        """Take the picture that is due."""
+        self._order(self._fire)
+
+    def second_view(self) -> None:
+        """Take another view of the same cluster, beside the last one."""
+        self._order(lambda: self._sent(self._book.second_view()))
+
+    def accept(self) -> None:
+        self._order(self._book.accept)
+
+    def retake(self) -> None:
+        self._order(self._book.retake)
+
+    def fallen(self) -> None:
+        self._order(partial(self._book.answer, Answer.FALLEN))
+
+    def hidden(self) -> None:
+        self._order(partial(self._book.answer, Answer.HIDDEN))
+
+    def correct_tag(self, tag_id: int) -> None:
+        """The picture shows this tag; it is read again with what is expected there."""
+        self._order(partial(self._correct, tag_id))
+
+    def other_target(self) -> None:
+        self._order(self._book.other_target)
+
+    def strike(self, fruitlet: int) -> None:
+        self._order(partial(self._book.strike, fruitlet))
+
+    def note(self, text: str) -> None:
+        self._order(partial(self._book.note, text))
+
+    def skip(self) -> None:
+        self._order(self._book.skip)
+
+    def go_to(self, tag_id: int) -> None:
+        self._order(partial(self._book.go_to, tag_id))
+
+    def step(self, by: int) -> None:
+        self._order(partial(self._book.step, by))
+
+    def undo(self) -> None:
+        self._order(self._undo)
+
+    def restart_analysis(self) -> None:
+        """Start it again after it was given up, with the pictures that wait."""
+        self._order(self._restart)
+
+    def close(self) -> None:
+        """Save what was asked for, then end; pictures without a reading wait in the store."""
+        self._shutter.close()
+        self._analysis.close()
+        self._inbox.put(None)
+        self._thread.join()
+
+    def _order(self, command: Callable[..., str]) -> None:
+        self._inbox.put(partial(self._obey, command))
+
+    def _obey(self, command: Callable[..., str]) -> None:
+        try:
+            done = command()
+        except Doubtful as doubt:
+            insist = partial(self._order, partial(command, insist=True))
+            self._tell(events.Doubted(doubt.message, insist))
+        except NotNow as refusal:
+            self._tell(events.Refused(refusal.message))
+        else:
+            self._tell(events.Done(done))
+
+    def _run(self) -> None:
+        while (task := self._inbox.get()) is not None:
+            try:
+                task()
+                if self._inbox.empty():
+                    self._publish()
+            except FieldcamError as error:
+                self._tell(events.StorageTrouble(error))
+
+    def _publish(self) -> None:
+        state = self._view.state()
+        camera = CameraState.EXPOSING if self._in_flight else self._camera
+        waiting = len(self._readings.unread())
+        status = self._analysis.status
+        self._tell(events.Changed(replace(state, camera=camera, waiting=waiting, analysis=status)))
+
+    def _fire(self, insist: bool = False) -> str:
+        return self._sent(self._book.shot(insist))
+
+    def _sent(self, shot: Shot) -> str:
+        self._in_flight += 1
+        self._shutter.fire(shot)
+        return f"Taking tag {shot.expectation.tag_id}."
+
+    def _heard(self, shot: Shot | None, event: events.ShutterEvent) -> None:
+        """In the camera's thread."""
+        self._inbox.put(partial(self._took, shot, event))
+
+    def _took(self, shot: Shot | None, event: events.ShutterEvent) -> None:
+        self._in_flight -= shot is not None
+        if isinstance(event, events.CameraTrouble):
+            self._camera = CameraState.LOST
+        elif isinstance(event, events.CameraReady | events.Saved):
+            self._camera = CameraState.READY
+        self._tell(event)
+        if shot is not None and isinstance(event, events.Saved):
+            self._readings.submit(event.capture, shot.expectation, urgent=True)
+
+    def _correct(self, tag_id: int, insist: bool = False) -> str:
+        done = self._book.correct_tag(tag_id, insist)
+        shown = self._view.shown(tag_id, self._view.route())
+        if shown is not None:
+            saved = SavedCapture(shown.id, shown.left, shown.right, self._store.database_path)
+            self._readings.submit(saved, self._view.expectation(tag_id), urgent=True)
+        return done
+
+    def _undo(self) -> str:
+        sentence, tag_id = undo_last(self._store, self._view.visit)
+        self._book.stand_where_undone(tag_id)
+        return sentence
+
+    def _restart(self) -> str:
+        self._analysis.restart()
+        self._readings.take_up(again=True)
+        return "The analysis was started again."
+
+
+def _nothing() -> None:
+    """Only the state is published."""

@@ -1,0 +1,95 @@
+"""Has saved pictures read beside the walk, and keeps what comes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+from functools import partial
+from time import perf_counter
+from typing import Protocol
+
+from fieldcam.analysis.status import Status
+from fieldcam.errors import AnalysisOff, FieldcamError
+from fieldcam.session.events import AnalysisTrouble, Listener, VerdictReady
+from fieldcam.session.viewing import WalkView
+from fieldcam.store.captures import SavedCapture
+from fieldcam.store.readings import reading_row
+from fieldcam.store.resuming import Waiting, waiting_for_analysis
+from fieldcam.store.walk_rows import AnalysisFailure
+from fieldcam.values import ClusterReading, Expectation
+
+TRIES = 2
+"""A picture whose analysis failed this often is not tried again by itself."""
+
+
+class Analysis(Protocol):
+    """What reads saved pictures; `analysis.supervisor.Supervisor` is one."""
+
+    def submit(
+        self,
+        saved: SavedCapture,
+        expectation: Expectation,
+        *,
+        urgent: bool = False,
+        again: bool = False,
+    ) -> Future[ClusterReading]: ...
+
+    @property
+    def status(self) -> Status: ...
+
+    def restart(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """Used in the walk's thread; `post` brings the outcomes back into it."""
+
+    view: WalkView
+    analysis: Analysis
+    post: Callable[[Callable[[], None]], None]
+    tell: Listener
+
+    def submit(
+        self, saved: SavedCapture, expectation: Expectation, urgent: bool, again: bool = False
+    ) -> None:
+        """The newest picture is urgent: the operator stands before its cluster."""
+        started = perf_counter()
+        future = self.analysis.submit(saved, expectation, urgent=urgent, again=again)
+        future.add_done_callback(
+            lambda done: self.post(partial(self._keep, saved, expectation, started, done))
+        )
+
+    def take_up(self, again: bool) -> None:
+        """Have read what an earlier run of the app, or of the analysis, left unread."""
+        for picture in self.unread():
+            if again or picture.failures < TRIES:
+                expectation = self.view.expectation(picture.tag_expected)
+                self.submit(picture.saved, expectation, urgent=False, again=again)
+
+    def unread(self) -> list[Waiting]:
+        """Saved pictures of this visit without a reading."""
+        waiting = waiting_for_analysis(self.view.store.database)
+        return [picture for picture in waiting if picture.visit == self.view.visit]
+
+    def _keep(
+        self,
+        saved: SavedCapture,
+        expectation: Expectation,
+        started: float,
+        done: Future[ClusterReading],
+    ) -> None:
+        try:
+            reading = done.result()
+        except AnalysisOff:
+            return  # it has not failed, it waits; that the analysis is off is in its status
+        except FieldcamError as error:
+            failure = AnalysisFailure(saved.key, type(error).__name__, error.message)
+            self.view.store.append(failure)
+            self.tell(AnalysisTrouble(saved, expectation.tag_id, error))
+            return
+        duration_ms = (perf_counter() - started) * 1000
+        self.view.store.append(reading_row(saved.key, reading, duration_ms))
+        self.tell(VerdictReady(saved, expectation.tag_id, reading.verdict, duration_ms))

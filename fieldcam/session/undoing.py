@@ -1,0 +1,60 @@
+"""The undo key: takes back the operator's newest command as a whole."""
+
+from __future__ import annotations
+
+from fieldcam.session.doubt import NotNow
+from fieldcam.store.connection import rows
+from fieldcam.store.judgement_rows import Undo
+from fieldcam.store.resuming import last_undoable
+from fieldcam.store.rows import EntryId
+from fieldcam.store.store import Store
+
+_TAG = {
+    "decision": "SELECT capture_now.tag_id FROM capture_now JOIN decision AS word"
+    " ON word.capture = capture_now.id WHERE word.id = ?",
+    "tag_correction": "SELECT capture_now.tag_id FROM capture_now JOIN tag_correction AS word"
+    " ON word.capture = capture_now.id WHERE word.id = ?",
+    "target_correction": "SELECT capture_now.tag_id FROM capture_now JOIN target_correction AS word"
+    " ON word.reading = capture_now.reading WHERE word.id = ?",
+    "note": "SELECT capture_now.tag_id FROM capture_now JOIN note AS word"
+    " ON word.subject = capture_now.id WHERE word.id = ?",
+    "skip": "SELECT tag_id FROM skip WHERE id = ?",
+    "fruitlet_mark": "SELECT coalesce(word.tag_id, (SELECT capture_now.tag_id FROM capture_now"
+    " WHERE capture_now.reading = word.reading)) AS tag_id"
+    " FROM fruitlet_mark AS word WHERE word.id = ?",
+}
+"""Which cluster a row is about, by its table."""
+_NAMES = {
+    "decision": "the decision",
+    "tag_correction": "the tag's correction",
+    "target_correction": "the choice of the target",
+    "note": "the note",
+    "skip": "the skipping",
+    "fruitlet_mark": "the mark",
+}
+
+
+def undo_last(store: Store, visit: EntryId) -> tuple[str, int | None]:
+    """Undo; gives what was undone and the tag that it was about."""
+    last = last_undoable(store.database, store.identity.device, visit)
+    if last is None or last.kind not in _TAG:
+        raise NotNow("There is nothing to undo.")
+    together = _written_together(store, last.id)
+    store.append(*(Undo(entry) for entry in together))
+    found = rows(store.database, _TAG[last.kind], last.id)
+    tag_id = found[0]["tag_id"] if found else None
+    kinds = " and ".join(dict.fromkeys(_NAMES[kind] for kind in together.values()))
+    return f"Undone: {kinds}{'' if tag_id is None else f' on tag {tag_id}'}.", tag_id
+
+
+def _written_together(store: Store, entry: EntryId) -> dict[EntryId, str]:
+    """The standing rows of one command share the moment at which they were written."""
+    sql = (
+        "SELECT standing.id, standing.kind FROM standing JOIN entry AS last"
+        " ON last.device = standing.device AND last.boot = standing.boot"
+        " AND last.boot_ns = standing.boot_ns AND last.at_utc = standing.at_utc"
+        " WHERE last.id = ? ORDER BY standing.seq"
+    )
+    return {
+        row["id"]: row["kind"] for row in rows(store.database, sql, entry) if row["kind"] in _TAG
+    }

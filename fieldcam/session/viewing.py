@@ -1,0 +1,116 @@
+"""Reads the state of a walk out of the store."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import date
+
+from fieldcam.session.state import Shown, WalkState
+from fieldcam.store.connection import rows
+from fieldcam.store.durations import visit_times
+from fieldcam.store.folder import DataKind
+from fieldcam.store.history import CaptureRecord, ClusterMark, capture_record, cluster_marks
+from fieldcam.store.lookups import row_of
+from fieldcam.store.readings import stored_reading
+from fieldcam.store.resuming import resume
+from fieldcam.store.rows import EntryId
+from fieldcam.store.store import Store
+from fieldcam.store.walks import ClusterState, Stop, WalkRoute, expectation, walk_route
+from fieldcam.values import ClusterReading, Expectation, PixelFormat
+
+
+@dataclass(slots=True)
+class WalkView:
+    """One visit in an open store; used by one thread."""
+
+    store: Store
+    visit: EntryId
+    _readings: dict[EntryId, ClusterReading] = field(default_factory=dict)
+    """The last one read: a whole reading takes a while to decode."""
+
+    def standing(self) -> int | None:
+        """The tag where the operator stands; None: all are done."""
+        found = resume(self.store.database, self.visit)
+        return None if found is None else found.tag_id
+
+    def route(self) -> WalkRoute:
+        return walk_route(self.store.database, self.visit)
+
+    def shown(self, tag_id: int | None, route: WalkRoute) -> Shown | None:
+        """The last picture of a cluster."""
+        stop = None if tag_id is None else route.stop(tag_id)
+        if stop is None or not stop.captures:
+            return None
+        record = capture_record(self.store.database, stop.captures[-1])
+        return None if record is None else self._shown(record)
+
+    def state(self) -> WalkState:
+        """All that the store says; camera and analysis are the session's to add."""
+        database, route, tag_id = self.store.database, self.route(), self.standing()
+        visit = row_of(database, "visit", self.visit)
+        shown = self.shown(tag_id, route)
+        return WalkState(
+            block=row_of(database, "block", visit["block"])["name"],
+            day=date.fromisoformat(visit["day"]),
+            simulated=self.store.folder.kind is DataKind.SIMULATED,
+            tag_id=tag_id,
+            next_tag=route.next_tag(tag_id),
+            progress=None if tag_id is None else route.progress(tag_id),
+            before=self.expectation(tag_id).fruitlets,
+            shown=shown,
+            route=route,
+            marks=self._marks(visit["block"], tag_id),
+            warnings=tuple(_warnings(shown, route)),
+            seconds_per_cluster=visit_times(database, self.visit).median_s,
+            free_bytes=self.store.space.free_bytes,
+        )
+
+    def expectation(self, tag_id: int | None) -> Expectation:
+        """What is known about a cluster from the last visit."""
+        if tag_id is None:
+            return Expectation()
+        return expectation(self.store.database, self.visit, tag_id)
+
+    def _marks(self, block: EntryId, tag_id: int | None) -> tuple[ClusterMark, ...]:
+        if tag_id is None:
+            return ()
+        found = cluster_marks(self.store.database, block, tag_id)
+        return tuple(mark for mark in found if mark.visit == self.visit)
+
+    def _shown(self, record: CaptureRecord) -> Shown:
+        capture = row_of(self.store.database, "capture", record.id)
+        corrections = "SELECT 1 FROM tag_correction_now WHERE capture = ?"
+        return Shown(
+            record=record,
+            left=self.store.objects.path(record.left_file),
+            right=self.store.objects.path(record.right_file),
+            pixel_format=PixelFormat(capture["pixel_format"]),
+            reading=None if record.reading is None else self._reading(record.reading.id),
+            failure=self._failure(record.id),
+            corrected=bool(rows(self.store.database, corrections, record.id)),
+        )
+
+    def _reading(self, reading: EntryId) -> ClusterReading:
+        if reading not in self._readings:
+            self._readings = {reading: stored_reading(self.store.database, reading)}
+        return self._readings[reading]
+
+    def _failure(self, capture: EntryId) -> str:
+        sql = (
+            "SELECT message FROM analysis_failure JOIN standing USING (id)"
+            " WHERE capture = ? ORDER BY turn DESC LIMIT 1"
+        )
+        found = rows(self.store.database, sql, capture)
+        return found[0]["message"] if found else ""
+
+
+def _warnings(shown: Shown | None, route: WalkRoute) -> Iterator[str]:
+    read = None if shown is None else shown.wrong_tag
+    if read is None:
+        return
+    stop: Stop | None = route.stop(read)
+    if stop is None:
+        yield f"Tag {read} is not on this route."
+    elif stop.state is ClusterState.ACCEPTED:
+        yield f"Tag {read} is done already."

@@ -1,0 +1,298 @@
+"""The live walk: pictures first, decisions as rows, trouble that costs nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from time import monotonic
+
+import pytest
+from live_walks import Walked, read, walked
+
+from fieldcam.analysis.status import State, Status
+from fieldcam.errors import AnalysisFailed, AnalysisOff, StorageFull
+from fieldcam.session.events import (
+    AnalysisTrouble,
+    CameraTrouble,
+    Changed,
+    Done,
+    Doubted,
+    Refused,
+    Saved,
+    StorageTrouble,
+    VerdictReady,
+)
+from fieldcam.session.live import LiveWalk
+from fieldcam.session.state import CameraState, Stage, WalkState
+from fieldcam.store.connection import rows
+from fieldcam.store.history import visit_captures
+from fieldcam.store.walks import ClusterState
+from fieldcam.values import Expectation, ReasonCode
+from fieldcam.values import Status as VerdictStatus
+
+RETAKE, CONFIRM = VerdictStatus.RETAKE, VerdictStatus.CONFIRM
+
+
+@pytest.fixture
+def walk(tmp_path: Path) -> Iterator[Walked]:
+    with walked(tmp_path) as found:
+        yield found
+
+
+@pytest.fixture
+def later(tmp_path: Path) -> Iterator[Walked]:
+    """Two days after a visit on which tag 11 was accepted with five fruitlets."""
+    with walked(tmp_path, days_later=2) as found:
+        found.made.accept(found.made.visit(), 11)
+        yield found
+
+
+def state_of(walk: Walked, tag_id: int) -> ClusterState:
+    stop = walk.live._view.route().stop(tag_id)
+    assert stop is not None
+    return stop.state
+
+
+def test_a_walk_begins_at_the_first_cluster(walk: Walked) -> None:
+    state = walk.start()
+    assert (state.tag_id, state.next_tag, state.shown) == (11, 12, None)
+    assert state.progress is not None
+    assert (state.progress.tree, state.progress.trees, state.progress.clusters) == (1, 2, 2)
+
+
+def test_a_picture_is_saved_then_read_then_accepted(walk: Walked) -> None:
+    walk.start()
+    state = walk.shoot()
+    assert state.shown is not None
+    assert (state.shown.stage, state.waiting) == (Stage.ANALYSING, 1)
+    walk.analysis.waiting[0].set_result(read(11))
+    verdict = walk.heard.next(VerdictReady)
+    state = walk.heard.next(Changed).state
+    assert (verdict.tag_id, state.waiting) == (11, 0)
+    assert state.shown is not None and state.shown.living == 5
+    done, state = walk.after(walk.live.accept, Done)
+    assert done.sentence == "Tag 11 accepted."
+    assert (state.tag_id, state.shown) == (12, None)
+
+
+def test_ten_quick_captures_do_not_wait_for_the_analysis(
+    walk: Walked, note: Callable[[str], None]
+) -> None:
+    walk.start()
+    began = monotonic()
+    for _ in range(10):
+        walk.live.shoot()
+    for _ in range(10):
+        walk.heard.next(Saved)
+    note(f"ten captures were saved in {monotonic() - began:.2f} s, none analysed")
+    assert len(visit_captures(walk.store.database, walk.visit)) == 10
+
+
+def test_a_newer_picture_takes_the_place_of_the_last_one(walk: Walked) -> None:
+    walk.start()
+    first = walk.shoot(read(11)).shown
+    second = walk.shoot(read(11)).shown
+    assert first is not None and second is not None
+    assert (second.record.retake_of, second.record.view) == (first.id, 1)
+
+
+def test_an_unplugged_camera_is_said_and_opened_again(walk: Walked) -> None:
+    walk.start()
+    walk.camera.plugged = False
+    trouble, state = walk.after(walk.live.shoot, CameraTrouble)
+    assert trouble.error.hint == "Plug it in."
+    assert state.camera is CameraState.LOST
+    walk.camera.plugged = True
+    assert walk.shoot().camera is CameraState.READY
+    assert walk.camera.opened == 2
+
+
+def test_a_walk_begins_without_a_camera(walk: Walked) -> None:
+    walk.camera.plugged = False
+    if walk.start().camera is not CameraState.LOST:
+        walk.heard.until(lambda state: state.camera is CameraState.LOST)
+    assert any(isinstance(event, CameraTrouble) for event in walk.heard.events)
+
+
+def test_a_full_disk_is_found_out_before_the_flash(
+    walk: Walked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    walk.start()
+
+    def full() -> None:
+        raise StorageFull("Only 3 MB are free.")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(walk.store.space, "check", full)
+        trouble, _ = walk.after(walk.live.shoot, StorageTrouble)
+    assert "3 MB" in trouble.error.message
+    assert walk.camera.taken == 0
+    assert walk.shoot().shown is not None
+
+
+def test_a_failed_analysis_keeps_the_picture(walk: Walked) -> None:
+    walk.start()
+    walk.analysis.outcomes.append(AnalysisFailed("The analysis ended in the middle."))
+    trouble, state = walk.after(walk.live.shoot, AnalysisTrouble)
+    assert trouble.error.message == "The analysis ended in the middle."
+    assert state.shown is not None
+    assert (state.shown.stage, state.shown.failure) == (Stage.FAILED, trouble.error.message)
+    doubt, _ = walk.after(walk.live.accept, Doubted)
+    _, state = walk.after(doubt.insist, Done)
+    assert state.tag_id == 12
+
+
+def test_pictures_wait_for_an_analysis_that_is_off(walk: Walked) -> None:
+    walk.start()
+    walk.analysis.status = Status(State.STOPPED)
+    walk.analysis.outcomes.append(AnalysisOff("The analysis is off."))
+    state = walk.shoot()
+    assert (state.waiting, state.analysis.state) == (1, State.STOPPED)
+    walk.analysis.outcomes.append(read(11))
+    _, state = walk.after(walk.live.restart_analysis, VerdictReady)
+    assert state.waiting == 0
+
+
+def test_a_walk_resumes_where_it_stopped(walk: Walked) -> None:
+    walk.start()
+    walk.shoot(read(11))
+    walk.after(walk.live.accept, Done)
+    walk.shoot()
+    walk.live.close()
+    walk.analysis.asked.clear()
+    walk.analysis.outcomes.append(read(12))
+    state = walk.start()
+    assert state.tag_id == 12 and state.shown is not None
+    assert [asked for _, asked in walk.analysis.asked] == [Expectation(12)]
+    if state.waiting:
+        state = walk.heard.until(lambda state: state.waiting == 0)
+    assert state.shown is not None and state.shown.stage is Stage.READ
+
+
+def test_fewer_fruitlets_ask_one_question(later: Walked) -> None:
+    assert later.start().before == 5
+    state = later.shoot(read(11, fruitlets=3, status=CONFIRM, code=ReasonCode.FEWER_THAN_BEFORE))
+    assert state.missing == 2
+    refused, _ = later.after(later.live.accept, Refused)
+    assert "F fallen" in refused.sentence
+    done, state = later.after(later.live.hidden, Done)
+    assert done.sentence == "Tag 11 accepted, 2 hidden."
+    assert state.tag_id == 12
+    undone, state = later.after(later.live.undo, Done)
+    assert undone.sentence == "Undone: the decision and the mark on tag 11."
+    assert (state.tag_id, state.missing) == (11, 2)
+
+
+def test_a_wrong_tag_is_said_and_not_accepted(walk: Walked) -> None:
+    walk.start()
+    state = walk.shoot(read(12, status=RETAKE, code=ReasonCode.WRONG_TAG))
+    assert state.shown is not None and state.shown.wrong_tag == 12
+    refused, _ = walk.after(walk.live.accept, Refused)
+    assert refused.sentence.startswith("Tag 12 was read, 11 is due")
+    walk.analysis.outcomes.append(read(12))
+    _, state = walk.after(lambda: walk.live.correct_tag(12), VerdictReady)
+    assert walk.analysis.asked[-1][1] == Expectation(12)
+    assert (state.tag_id, state.shown is not None) == (12, True)
+    walk.after(walk.live.accept, Done)
+    assert (state_of(walk, 11), state_of(walk, 12)) == (ClusterState.TODO, ClusterState.ACCEPTED)
+
+
+def test_a_tag_that_is_done_is_said(walk: Walked) -> None:
+    walk.start()
+    walk.shoot(read(11))
+    walk.after(walk.live.accept, Done)
+    state = walk.shoot(read(11, status=RETAKE, code=ReasonCode.WRONG_TAG))
+    assert state.warnings == ("Tag 11 is done already.",)
+    doubt, _ = walk.after(lambda: walk.live.correct_tag(11), Doubted)
+    assert doubt.sentence.startswith("Tag 11 is done already")
+    done, _ = walk.after(lambda: walk.live.go_to(11), Done)
+    assert done.sentence == "At tag 11, which is done already."
+    doubt, _ = walk.after(walk.live.shoot, Doubted)
+    walk.after(doubt.insist, Saved)
+
+
+def test_a_verdict_of_retake_is_kept_only_when_insisted_on(walk: Walked) -> None:
+    walk.start()
+    walk.shoot(read(11, status=RETAKE, code=ReasonCode.BLURRED))
+    doubt, _ = walk.after(walk.live.accept, Doubted)
+    _, state = walk.after(doubt.insist, Done)
+    assert state.tag_id == 12
+
+
+def test_a_second_view_stands_beside_the_first(walk: Walked) -> None:
+    walk.start()
+    refused, _ = walk.after(walk.live.second_view, Refused)
+    assert refused.sentence == "There is no picture of this cluster yet."
+    walk.shoot(read(11))
+    _, state = walk.after(walk.live.second_view, Saved)
+    assert state.shown is not None
+    assert (state.shown.record.view, state.shown.record.retake_of) == (2, None)
+
+
+DECISIONS: dict[str, tuple[Callable[[LiveWalk], None], str]] = {
+    "accept": (LiveWalk.accept, "the decision"),
+    "retake": (LiveWalk.retake, "the decision"),
+    "fallen": (LiveWalk.fallen, "the mark"),
+    "strike": (lambda live: live.strike(0), "the mark"),
+    "target": (LiveWalk.other_target, "the choice of the target"),
+    "note": (lambda live: live.note("a leaf"), "the note"),
+    "skip": (LiveWalk.skip, "the skipping"),
+}
+
+
+@pytest.mark.parametrize("name", DECISIONS)
+def test_every_decision_can_be_undone(walk: Walked, name: str) -> None:
+    walk.start()
+    before = walk.shoot(read(11))
+    command, named = DECISIONS[name]
+    _, after = walk.after(lambda: command(walk.live), Done)
+    assert told(after) != told(before)
+    done, undone = walk.after(walk.live.undo, Done)
+    assert done.sentence == f"Undone: {named} on tag 11."
+    assert told(undone) == told(before)
+    refused, _ = walk.after(walk.live.undo, Refused)
+    assert refused.sentence == "There is nothing to undo."
+
+
+def told(state: WalkState) -> tuple[object, ...]:
+    shown = state.shown
+    if shown is None:
+        return (state.tag_id, state.route)
+    return (state.tag_id, state.route, shown.record, state.marks)
+
+
+def test_a_correction_of_the_tag_can_be_undone(walk: Walked) -> None:
+    walk.start()
+    walk.shoot(read(12, status=RETAKE, code=ReasonCode.WRONG_TAG))
+    walk.analysis.outcomes.append(read(12))
+    walk.after(lambda: walk.live.correct_tag(12), VerdictReady)
+    done, state = walk.after(walk.live.undo, Done)
+    assert done.sentence == "Undone: the tag's correction on tag 11."
+    assert (state.tag_id, state.shown is not None) == (11, True)
+
+
+def test_undoing_adds_rows_and_removes_none(walk: Walked) -> None:
+    walk.start()
+    walk.shoot(read(11))
+    walk.after(walk.live.accept, Done)
+    walk.after(walk.live.undo, Done)
+    kinds = [row["kind"] for row in rows(walk.store.database, "SELECT kind FROM entry")]
+    assert kinds.count("decision") == kinds.count("undo") == 1
+
+
+def test_stepping_goes_round_the_route(walk: Walked) -> None:
+    walk.start()
+    _, state = walk.after(lambda: walk.live.step(-1), Done)
+    assert state.tag_id == 22
+    _, state = walk.after(lambda: walk.live.step(1), Done)
+    assert state.tag_id == 11
+
+
+def test_when_all_is_done_it_is_said(walk: Walked) -> None:
+    walk.start()
+    for _ in range(3):
+        walk.after(walk.live.skip, Done)
+    _, state = walk.after(walk.live.skip, Done)
+    assert (state.tag_id, state.next_tag) == (None, None)
+    refused, _ = walk.after(walk.live.shoot, Refused)
+    assert refused.sentence.startswith("All clusters are done.")
