@@ -127,6 +127,13 @@ def test_the_second_visit_expects_what_the_first_one_counted(
     assert pipeline.asked == expected
 
 
+def test_without_a_terminal_the_demo_needs_no_screen(
+    tmp_path: Path, pipeline: FakePipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*WALK[:1], *WALK[2:], "--data", str(tmp_path)]) == ExitCode.OK
+    assert "captures 4" in capsys.readouterr().out
+
+
 def test_people_are_told_that_nothing_here_is_real(
     tmp_path: Path, pipeline: FakePipeline, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -29,7 +29,9 @@ APP = (
     "fieldcam.values",
     "fieldcam.errors",
     "fieldcam.models",
+    "fieldcam.session.live",
     "fieldcam.session.walk",
+    "fieldcam.session.importing",
     "fieldcam.store.captures",
     "fieldcam.store.store",
     "fieldcam.store.startup",
@@ -39,6 +41,7 @@ APP = (
     "fieldcam.analysis",
 )
 """What the app's own process loads."""
+SCREENS = ("fieldcam.tui.app", "fieldcam.tui.simulated", "fieldcam.cli.demo")
 HEAVY = ("cv2", "onnxruntime", "pupil_apriltags", "scipy", "networkx", "textual", "embreex")
 
 
@@ -91,6 +94,11 @@ def loaded_by(statement: str) -> set[str]:
 def test_the_apps_own_process_loads_no_vision_library() -> None:
     statement = "\n".join(f"import {name}" for name in APP)
     assert not loaded_by(statement) & set(HEAVY)
+
+
+def test_the_screens_load_no_vision_library() -> None:
+    statement = "\n".join(f"import {name}" for name in SCREENS)
+    assert loaded_by(statement) & set(HEAVY) == {"textual"}
 
 
 def test_the_command_line_defers_heavy_imports() -> None:

@@ -1,8 +1,13 @@
-"""`fieldcam demo`: a walk along a simulated row, sizes beside the truth."""
+"""`fieldcam demo`: a walk along a simulated row.
+
+At a terminal it is the app; else the walk is made without a screen, and the sizes
+are printed beside the truth.
+"""
 
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -49,14 +54,18 @@ def register(commands: Subparsers[Parser]) -> None:
 
 
 def _demo(arguments: argparse.Namespace) -> None:
+    if not (arguments.headless or arguments.json) and _at_a_terminal():
+        from fieldcam.tui.simulated import walk_simulated_row
+
+        checked_models(arguments.data)
+        walk_simulated_row(arguments.data, arguments.seed, arguments.clusters, arguments.days)
+        return
     from fieldcam.camera.simulated import plan_block
     from fieldcam.report.scoring import summary
 
     models = checked_models(arguments.data)
     block = plan_block(arguments.seed, arguments.clusters)
     narrate(SIMULATED)
-    if not arguments.headless:
-        narrate("The screens are not part of this version; this is the same walk without them.")
     stops = []
     for stop in _walk(arguments, block):
         stops.append(stop)
@@ -69,6 +78,10 @@ def _demo(arguments: argparse.Namespace) -> None:
         emit_json({**note, "captures": entries, "summary": figures})
     else:
         emit("\n".join([*_summary_lines(figures), "", SIMULATED, models.honesty]))
+
+
+def _at_a_terminal() -> bool:
+    return all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr))
 
 
 def _walk(arguments: argparse.Namespace, block: Block) -> Iterator[_Stop]:

@@ -1,0 +1,59 @@
+"""Questions that take one key, or one short text."""
+
+from __future__ import annotations
+
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.events import Key
+from textual.screen import ModalScreen
+from textual.widgets import Input, Static
+
+LONGEST = 200
+"""Characters of a note."""
+
+
+class AskYes(ModalScreen[bool]):
+    """Enter or Y says yes, any other key no."""
+
+    CSS_PATH = "asking.tcss"
+
+    def __init__(self, question: str) -> None:
+        super().__init__()
+        self._question = question
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="box"):
+            yield Static(self._question, markup=False)
+            yield Static("Enter: yes      any other key: no")
+
+    def on_key(self, event: Key) -> None:
+        event.stop()
+        self.dismiss(event.key in ("enter", "y"))
+
+
+class AskText(ModalScreen[str | None]):
+    """Enter takes the text, Escape drops it."""
+
+    CSS_PATH = "asking.tcss"
+    BINDINGS = [("escape", "drop", "Back")]  # noqa: RUF012 (Textual's own form)
+
+    def __init__(self, question: str, whole: bool = False) -> None:
+        """`whole`: only a whole number is taken."""
+        super().__init__()
+        self._question, self._whole = question, whole
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="box"):
+            yield Static(self._question, markup=False)
+            yield Input(type="integer" if self._whole else "text", max_length=LONGEST)
+            yield Static("Enter: take it      Escape: back")
+
+    def on_mount(self) -> None:
+        self.query_one(Input).cursor_blink = False
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        if event.validation_result is None or event.validation_result.is_valid:
+            self.dismiss(event.value)
+
+    def action_drop(self) -> None:
+        self.dismiss(None)

@@ -1,0 +1,44 @@
+"""All keys on one page."""
+
+from __future__ import annotations
+
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.events import Key
+from textual.screen import ModalScreen
+from textual.widgets import Static
+
+KEYS = """\
+Space   take the picture         Enter   accept it
+R       take it again            S       add a second view
+F       fallen                   H       hidden by a leaf
+T       say which tag it is      C       another cluster is the target
+X       strike a false fruitlet  N       write a note
+K       skip this cluster        U       undo the last decision
+left, right   another tag        up, down   another fruitlet
+
+O       route     L   log     D   day or night colours
+Ctrl+P  all commands              Q   end the walk
+
+A picture is saved before it is read: walk on whenever you like.
+CONFIRM asks why there are fewer fruitlets than last visit; F or H
+answers it. Every decision can be undone, one key at a time.
+
+Any key closes this page."""
+
+
+class HelpScreen(ModalScreen[None]):
+    """Shown over any other screen."""
+
+    CSS_PATH = "help_screen.tcss"
+
+    def compose(self) -> ComposeResult:
+        with Vertical(id="keys"):
+            yield Static(KEYS, markup=False)
+
+    def on_key(self, event: Key) -> None:
+        event.stop()
+        self.dismiss()
+
+    def on_click(self) -> None:
+        self.dismiss()

@@ -1,0 +1,66 @@
+"""What all full screens share: the bar on top, the footer, and a word when there is no room."""
+
+from __future__ import annotations
+
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.events import Resize
+from textual.screen import Screen
+from textual.widgets import Footer, Static
+
+from fieldcam.session.commands import Walk
+from fieldcam.session.state import WalkState
+from fieldcam.tui.news import News
+
+LEAST = (80, 24)
+"""Columns and rows that a screen needs."""
+LOW_DISK_BYTES = 1 << 30
+
+
+class Page(Screen[None]):
+    """A full screen of the walk; `show` is called with each new state."""
+
+    def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
+        """`state` is the last one, where one is known already."""
+        super().__init__()
+        self.walk = walk
+        self._first = state
+
+    def on_mount(self) -> None:
+        if self._first is not None:
+            self.show(self._first)
+
+    def compose(self) -> ComposeResult:
+        yield Static(id="small")
+        with Vertical(id="page"):
+            with Vertical(id="bar"):
+                yield Static(id="simulated")
+                yield Static(id="where", markup=False)
+                yield Static(id="disk")
+            yield from self.body()
+            yield Footer(compact=True, show_command_palette=False)
+
+    def body(self) -> ComposeResult:
+        """The widgets between the bar and the footer."""
+        raise NotImplementedError
+
+    def show(self, state: WalkState) -> None:
+        """Show this state."""
+        self.query_one("#simulated", Static).update("SIMULATED")
+        self.query_one("#simulated").display = state.simulated
+        day = f"{state.day:%d %b %Y}"
+        self.query_one("#where", Static).update(f"{self.TITLE}   {state.block}   {day}")
+        free = state.free_bytes
+        self.query_one("#disk", Static).update(f"{free / 1e9:.0f} GB free")
+        self.query_one("#disk").set_class(free < LOW_DISK_BYTES, "-bad")
+
+    def hear(self, told: News) -> None:
+        """Say what came of a command, where the screen has a place for it."""
+
+    def on_resize(self, event: Resize) -> None:
+        (columns, rows), (least_columns, least_rows) = event.size, LEAST
+        self.set_class(columns < least_columns or rows < least_rows, "-small")
+        self.query_one("#small", Static).update(
+            f"fieldcam needs a window of {least_columns}x{least_rows};"
+            f" this one is {columns}x{rows}."
+        )

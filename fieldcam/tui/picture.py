@@ -1,0 +1,116 @@
+"""The still picture as a small colour array, with the target's outlines; numpy only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fieldcam.session.state import Shown
+from fieldcam.store.raw_images import decode_raw
+from fieldcam.values import ClusterReading, Ellipse, ImageU8, PixelFormat
+
+OUTLINE = (255, 215, 95)
+STRUCK = (255, 90, 90)
+MARGIN = 1.25
+"""Of what is shown around the cluster, against its own extent."""
+LEAST_PX = 240.0
+_BAYER = {
+    PixelFormat.BAYER_RG8: ((0, 0), (0, 1), (1, 1)),
+    PixelFormat.BAYER_GR8: ((0, 1), (0, 0), (1, 0)),
+    PixelFormat.BAYER_GB8: ((1, 0), (0, 0), (0, 1)),
+    PixelFormat.BAYER_BG8: ((1, 1), (0, 1), (0, 0)),
+}
+"""Row and column of red, one green and blue in each 2x2 cell."""
+
+
+def still(shown: Shown, size: tuple[int, int]) -> ImageU8:
+    """The picture that is decided on, `size` being width and height in small pixels."""
+    raw = decode_raw(shown.left.read_bytes(), shown.left.name)
+    image = colours(raw, shown.pixel_format)
+    frame = frame_of(shown.reading, (raw.shape[1], raw.shape[0]), size)
+    shares = image.shape[0] / raw.shape[0]
+    own = Frame(frame.x0 * shares, frame.y0 * shares, frame.px_per_cell * shares)
+    small = shrink(image, own, size)
+    living = {seen.id: seen.living for seen in shown.target}
+    for fruitlet in () if shown.reading is None else shown.reading.fruitlets:
+        if fruitlet.id in living and fruitlet.outline is not None:
+            draw(small, frame, fruitlet.outline, OUTLINE if living[fruitlet.id] else STRUCK)
+    return small
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """The part of an image that is shown, in its pixels."""
+
+    x0: float
+    y0: float
+    px_per_cell: float
+    """Image pixels in one pixel of the small picture."""
+
+
+def colours(image: ImageU8, pixel_format: PixelFormat) -> ImageU8:
+    """(H, W, 3), a Bayer image at half its resolution."""
+    if image.ndim == 3:
+        return image
+    if pixel_format not in _BAYER:
+        return np.repeat(image[..., None], 3, axis=2)
+    rows, columns = image.shape[0] // 2 * 2, image.shape[1] // 2 * 2
+    even = image[:rows, :columns]
+    return np.stack([even[r::2, c::2] for r, c in _BAYER[pixel_format]], axis=2)
+
+
+def frame_of(
+    reading: ClusterReading | None, image_px: tuple[int, int], size: tuple[int, int]
+) -> Frame:
+    """Around the target and its tag, else the whole image; `size` is width and height."""
+    boxes = [] if reading is None else [f.box_px for f in reading.target]
+    if reading is not None and reading.tag is not None:
+        boxes += [(*corner, *corner) for corner in reading.tag.corners_px]
+    if not boxes:
+        x0, y0, x1, y1 = 0.0, 0.0, float(image_px[0]), float(image_px[1])
+        margin, least = 1.0, 0.0
+    else:
+        low, high = np.array(boxes)[:, :2].min(axis=0), np.array(boxes)[:, 2:].max(axis=0)
+        (x0, y0), (x1, y1), margin, least = low, high, MARGIN, LEAST_PX
+    scale = max((x1 - x0) * margin / size[0], (y1 - y0) * margin / size[1], least / size[0])
+    middle_x, middle_y = (x0 + x1) / 2, (y0 + y1) / 2
+    return Frame(
+        float(middle_x - scale * size[0] / 2), float(middle_y - scale * size[1] / 2), scale
+    )
+
+
+def shrink(image: ImageU8, frame: Frame, size: tuple[int, int]) -> ImageU8:
+    """Block means of the frame, black outside the image; (height, width, 3)."""
+    width, height = size
+    columns = np.round(frame.x0 + np.arange(width + 1) * frame.px_per_cell).astype(int)
+    rows = np.round(frame.y0 + np.arange(height + 1) * frame.px_per_cell).astype(int)
+    small = np.zeros((height, width, 3), np.uint8)
+    inside_x = [i for i in range(width) if columns[i] >= 0 and columns[i + 1] <= image.shape[1]]
+    inside_y = [i for i in range(height) if rows[i] >= 0 and rows[i + 1] <= image.shape[0]]
+    if not inside_x or not inside_y:
+        return small
+    x, y = slice(inside_x[0], inside_x[-1] + 1), slice(inside_y[0], inside_y[-1] + 1)
+    part = image[rows[y.start] : rows[y.stop], columns[x.start] : columns[x.stop]]
+    # A picture smaller than its cells repeats its last pixels.
+    first_rows = np.minimum(rows[y] - rows[y.start], part.shape[0] - 1)
+    first_columns = np.minimum(columns[x] - columns[x.start], part.shape[1] - 1)
+    sums = np.add.reduceat(part, first_rows, axis=0, dtype=np.uint32)
+    sums = np.add.reduceat(sums, first_columns, axis=1, dtype=np.uint32)
+    heights = np.diff(rows[y.start : y.stop + 1])[:, None, None]
+    widths = np.diff(columns[x.start : x.stop + 1])[None, :, None]
+    small[y, x] = sums // np.maximum(heights * widths, 1)
+    return small
+
+
+def draw(small: ImageU8, frame: Frame, ellipse: Ellipse, colour: tuple[int, int, int]) -> None:
+    """An outline, onto the small picture."""
+    turn = np.linspace(0, 2 * np.pi, 160)
+    along, across = np.cos(turn) * ellipse.major_px / 2, np.sin(turn) * ellipse.minor_px / 2
+    cos, sin = np.cos(ellipse.angle_rad), np.sin(ellipse.angle_rad)
+    x = ellipse.center_px[0] + along * cos - across * sin
+    y = ellipse.center_px[1] + along * sin + across * cos
+    columns = np.floor((x + 0.5 - frame.x0) / frame.px_per_cell).astype(int)
+    rows = np.floor((y + 0.5 - frame.y0) / frame.px_per_cell).astype(int)
+    inside = (rows >= 0) & (rows < small.shape[0]) & (columns >= 0) & (columns < small.shape[1])
+    small[rows[inside], columns[inside]] = colour

@@ -1,0 +1,103 @@
+"""The app on the simulated orchard, with a data folder of its own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
+from datetime import date, timedelta
+from functools import partial
+from pathlib import Path
+
+from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.status import Limits
+from fieldcam.analysis.supervisor import Supervisor
+from fieldcam.camera.simulated import AimedCamera, OrchardProcess, SimulatedRow
+from fieldcam.session.events import Changed, Listener, LiveEvent
+from fieldcam.session.live import LiveWalk
+from fieldcam.store.folder import DataKind, data_path
+from fieldcam.store.orchard_rows import Block, Cluster
+from fieldcam.store.rows import EntryId
+from fieldcam.store.startup import startup_check
+from fieldcam.store.store import Store, open_store
+from fieldcam.store.walks import walk_route
+from fieldcam.tui.app import FieldcamApp
+from fieldcam.tui.sound import VARIABLE, chosen_sound
+
+RENDER_DEADLINE_S = 120.0
+"""Rendering takes seconds, more on a busy machine; a real camera has no such excuse."""
+LIMITS = Limits(pair_s=30.0)
+"""Rendering takes the cores that the analysis has to itself in the field."""
+CLUSTERS_PER_TREE = 2
+
+
+def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequence[int]) -> None:
+    """Run the app until the operator ends it; `data` is what `--data` said."""
+    path = data_path(data, DataKind.SIMULATED)
+    with ExitStack() as stack:
+        store = stack.enter_context(open_store(path, DataKind.SIMULATED))
+        orchard = stack.enter_context(closing(OrchardProcess(seed, clusters)))
+        found = startup_check(store).sentences
+        store.sign_in("demo")
+        block = _block(store, seed, orchard.row)
+        day, visit = _visit(store, block, orchard.row.first_day, days)
+        setup = Setup(orchard.row.calibration, data=data_path(data))
+        log = path / "logs" / "analysis.log"
+        run(partial(_start, store, visit, AimedCamera(orchard, day), setup, log), found)
+
+
+def run(start: Callable[[Listener], LiveWalk], lines: Sequence[str]) -> None:
+    """Run the app; whatever way it ends, the walk ends after it."""
+    app = FieldcamApp(start, lines=lines)
+    app.sound = chosen_sound(os.environ.get(VARIABLE, ""), app.bell)
+    try:
+        app.run()
+    finally:
+        if app.walk is not None:
+            app.walk.close()
+    if app.return_code:
+        raise RuntimeError("The screen ended in the middle.")
+
+
+def _start(
+    store: Store,
+    visit: EntryId,
+    camera: AimedCamera,
+    setup: Setup,
+    log: Path,
+    listener: Listener,
+) -> LiveWalk:
+    def aim_and_tell(event: LiveEvent) -> None:
+        if isinstance(event, Changed):
+            camera.aim(event.state.tag_id)
+        listener(event)
+
+    return LiveWalk(
+        store,
+        visit,
+        lambda: camera,
+        lambda changed: Supervisor(setup, log, changed, LIMITS),
+        aim_and_tell,
+        RENDER_DEADLINE_S,
+    )
+
+
+def _block(store: Store, seed: int, row: SimulatedRow) -> EntryId:
+    """The row as a block of trees, made when it is new."""
+    block = store.block(Block(f"Row {seed}, {len(row.tag_ids)} clusters, by hand"))
+    if not walk_route(store.database, store.visit(block, row.first_day)).stops:
+        for index, tag_id in enumerate(row.tag_ids):
+            tree = store.tree(block, str(index // CLUSTERS_PER_TREE + 1))
+            store.append(Cluster(block, tag_id, tree))
+    return block
+
+
+def _visit(
+    store: Store, block: EntryId, first_day: date, days: Sequence[int]
+) -> tuple[int, EntryId]:
+    """The first of the days on which something is left to do, else the last one."""
+    for day in days:
+        visit = store.visit(block, first_day + timedelta(days=day))
+        if walk_route(store.database, visit).next_tag() is not None:
+            break
+    return day, visit

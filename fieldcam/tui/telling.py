@@ -1,0 +1,145 @@
+"""What the Walk screen says of a state, as words and tones; no widgets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from fieldcam.analysis.status import State
+from fieldcam.session.state import CameraState, Shown, Stage, WalkState
+from fieldcam.store.judgement_rows import Action
+from fieldcam.store.walks import OPEN_STATES
+from fieldcam.values import ReasonCode, Status
+
+
+class Tone(StrEnum):
+    """How something is meant; the theme has a colour for each."""
+
+    GOOD = "good"
+    ASK = "ask"
+    BAD = "bad"
+    BUSY = "busy"
+    PLAIN = "plain"
+
+
+@dataclass(frozen=True, slots=True)
+class Banner:
+    """One word in huge letters, with its shape and sentence."""
+
+    word: str
+    shape: str
+    tone: Tone
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """One of the four qualities of a picture; `good` is None while it is not known."""
+
+    name: str
+    good: bool | None
+
+
+LIGHTS = {
+    "tag": (
+        ReasonCode.NO_TAG,
+        ReasonCode.WRONG_TAG,
+        ReasonCode.SEVERAL_TAGS,
+        ReasonCode.TOO_NEAR,
+        ReasonCode.TOO_FAR,
+    ),
+    "sharpness": (ReasonCode.BLURRED,),
+    "light": (ReasonCode.TOO_DARK, ReasonCode.OVEREXPOSED),
+    "depth": (
+        ReasonCode.NO_DEPTH,
+        ReasonCode.SWAPPED_EYES,
+        ReasonCode.MISPAIRED,
+        ReasonCode.CALIBRATION_DRIFT,
+    ),
+}
+NOT_SAVED = "NOT SAVED"
+
+
+def banner(state: WalkState) -> Banner:
+    """The most important thing now."""
+    if state.camera is CameraState.EXPOSING:
+        return Banner("TAKING", "dots", Tone.BUSY, f"Taking tag {state.tag_id}: hold still.")
+    if state.tag_id is None:
+        return Banner("ALL DONE", "tick", Tone.GOOD, "No cluster of this route needs a picture.")
+    if state.shown is None:
+        return _before_the_picture(state)
+    if state.shown.record.action is Action.ACCEPT:
+        return Banner("DONE", "tick", Tone.GOOD, f"Tag {state.tag_id} was accepted.")
+    if state.shown.record.action is Action.RETAKE:
+        return Banner("AGAIN", "cross", Tone.BAD, f"Take tag {state.tag_id} again: Space.")
+    if state.shown.stage is Stage.READ:
+        return _verdict(state, state.shown)
+    return _without_reading(state, state.shown)
+
+
+def not_saved(sentence: str) -> Banner:
+    """What the crew fears most, before everything else."""
+    return Banner(NOT_SAVED, "cross", Tone.BAD, sentence)
+
+
+def lights(shown: Shown | None) -> tuple[Light, ...]:
+    """What the verdict's reasons say about the picture."""
+    if shown is None or shown.reading is None:
+        return tuple(Light(name, None) for name in LIGHTS)
+    found = {reason.code for reason in shown.reading.verdict.reasons}
+    return tuple(Light(name, not found.intersection(codes)) for name, codes in LIGHTS.items())
+
+
+def progress(state: WalkState) -> str:
+    """Where the walk is, in one line."""
+    stops = state.route.stops
+    done = sum(stop.state not in OPEN_STATES for stop in stops)
+    parts = [] if state.tag_id is None else [f"tag {state.tag_id}"]
+    if (at := state.progress) is not None:
+        parts.append(f"tree {at.tree}/{at.trees}, cluster {at.cluster}/{at.clusters}")
+    parts.append(f"taken {done}/{len(stops)}")
+    if state.next_tag not in (None, state.tag_id):
+        parts.append(f"next tag {state.next_tag}")
+    if state.waiting:
+        parts.append(f"{state.waiting} to read")
+    if state.seconds_per_cluster is not None:
+        parts.append(f"{state.seconds_per_cluster:.0f} s a cluster")
+    return "   ".join(parts)
+
+
+def counted(state: WalkState) -> str:
+    """Fruitlets of the target against the last visit, such as 5/6; empty before a reading."""
+    if state.shown is None or state.shown.living is None:
+        return ""
+    return (
+        f"{state.shown.living}" if state.before is None else f"{state.shown.living}/{state.before}"
+    )
+
+
+def _before_the_picture(state: WalkState) -> Banner:
+    if state.camera is CameraState.LOST:
+        sentence = "The camera does not answer: check its cable, then press Space."
+        return Banner("CAMERA", "cross", Tone.BAD, sentence)
+    before = "" if state.before is None else f" Last visit it had {state.before} fruitlets."
+    return Banner("AIM", "none", Tone.PLAIN, f"Tag {state.tag_id}: aim, press Space.{before}")
+
+
+def _verdict(state: WalkState, shown: Shown) -> Banner:
+    reasons = () if shown.reading is None else shown.reading.verdict.reasons
+    sentence = " ".join([reason.text for reason in reasons] + list(state.warnings))
+    if shown.status is Status.RETAKE:
+        return Banner("RETAKE", "cross", Tone.BAD, sentence)
+    if state.missing:
+        question = f"{state.missing} fewer than last visit: fallen, or hidden by a leaf?"
+        return Banner("CONFIRM", "query", Tone.ASK, question)
+    if shown.status is Status.CONFIRM:
+        return Banner("CONFIRM", "query", Tone.ASK, sentence)
+    return Banner("ACCEPT", "tick", Tone.GOOD, sentence or "A good picture: Enter accepts it.")
+
+
+def _without_reading(state: WalkState, shown: Shown) -> Banner:
+    if shown.stage is Stage.FAILED:
+        return Banner("NO SIZES", "query", Tone.ASK, f"Saved, but: {shown.failure}")
+    if state.analysis.state is State.STOPPED:
+        return Banner("SAVED", "dots", Tone.ASK, "Saved. The analysis is off; walk on.")
+    return Banner("SAVED", "dots", Tone.BUSY, "Saved. It is being read; you may walk on.")

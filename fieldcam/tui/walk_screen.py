@@ -1,0 +1,135 @@
+"""The Walk screen: one cluster, its picture, its sizes, and what to do with them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal
+from textual.widgets import Static
+
+from fieldcam.session.commands import Walk
+from fieldcam.session.state import CameraState, WalkState
+from fieldcam.tui.asking import AskText
+from fieldcam.tui.banner_view import BannerView
+from fieldcam.tui.buttons import BigButtons
+from fieldcam.tui.lights_view import LightsView
+from fieldcam.tui.news import News
+from fieldcam.tui.page import Page
+from fieldcam.tui.picture_view import PictureView
+from fieldcam.tui.sizes_view import SizesView
+from fieldcam.tui.telling import banner, counted, not_saved, progress
+
+
+class WalkScreen(Page):
+    """Each key calls one command of the walk; what came of it is told later."""
+
+    CSS_PATH = "walk_screen.tcss"
+    TITLE = "Walk"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("space", "shoot", "Capture", show=False, priority=True),
+        Binding("enter", "accept", "Accept", show=False),
+        Binding("r,backspace", "retake", "Retake", show=False),
+        Binding("s", "second_view", "2nd view"),
+        Binding("f", "fallen", "Fallen", show=False),
+        Binding("h", "hidden", "Hidden"),
+        Binding("t", "correct_tag", "Tag"),
+        Binding("c", "other_target", "Target"),
+        Binding("x", "strike", "Strike"),
+        Binding("n", "note", "Note"),
+        Binding("k", "skip", "Skip"),
+        Binding("u", "undo", "Undo"),
+        Binding("left", "step(-1)", "Previous tag", show=False),
+        Binding("right", "step(1)", "Next tag", show=False),
+        Binding("up", "choose(-1)", "Fruitlet above", show=False),
+        Binding("down", "choose(1)", "Fruitlet below", show=False),
+    ]
+
+    def __init__(self, walk: Walk) -> None:
+        super().__init__(walk)
+        self._unsaved = ""
+
+    def body(self) -> ComposeResult:
+        yield BannerView(id="banner")
+        yield LightsView(id="lights")
+        with Horizontal(id="findings"):
+            yield PictureView(id="picture")
+            yield SizesView(id="sizes")
+        yield Static(id="said", markup=False)
+        yield Static(id="progress", markup=False)
+        yield BigButtons(id="buttons")
+
+    def show(self, state: WalkState) -> None:
+        super().show(state)
+        if state.camera is CameraState.EXPOSING:
+            # The last picture's numbers must not look like those of the next one.
+            state = replace(state, shown=None)
+        if self._unsaved:
+            self.query_one(BannerView).show(not_saved(self._unsaved), "")
+        else:
+            self.query_one(BannerView).show(banner(state), counted(state))
+        self.query_one(LightsView).show(state.shown)
+        self.query_one(PictureView).show(state.shown)
+        self.query_one(SizesView).show(state)
+        self.query_one(BigButtons).show(question=state.missing > 0)
+        self.query_one("#progress", Static).update(progress(state))
+
+    def hear(self, told: News) -> None:
+        said = self.query_one("#said", Static)
+        said.update(told.sentence)
+        said.set_class(told.bad, "-bad")
+        self._unsaved = told.sentence if told.unsaved else ""
+
+    def action_shoot(self) -> None:
+        self.walk.shoot()
+
+    def action_accept(self) -> None:
+        self.walk.accept()
+
+    def action_retake(self) -> None:
+        self.walk.retake()
+
+    def action_second_view(self) -> None:
+        self.walk.second_view()
+
+    def action_fallen(self) -> None:
+        self.walk.fallen()
+
+    def action_hidden(self) -> None:
+        self.walk.hidden()
+
+    def action_other_target(self) -> None:
+        self.walk.other_target()
+
+    def action_strike(self) -> None:
+        chosen = self.query_one(SizesView).chosen
+        if chosen is not None:
+            self.walk.strike(chosen)
+
+    def action_skip(self) -> None:
+        self.walk.skip()
+
+    def action_undo(self) -> None:
+        self.walk.undo()
+
+    def action_step(self, by: int) -> None:
+        self.walk.step(by)
+
+    def action_choose(self, by: int) -> None:
+        self.query_one(SizesView).choose(by)
+
+    def action_note(self) -> None:
+        self.app.push_screen(AskText("A note on this picture:"), self._noted)
+
+    def action_correct_tag(self) -> None:
+        self.app.push_screen(AskText("Which tag is in this picture?", whole=True), self._corrected)
+
+    def _noted(self, text: str | None) -> None:
+        if text is not None:
+            self.walk.note(text)
+
+    def _corrected(self, text: str | None) -> None:
+        if text:
+            self.walk.correct_tag(int(text))

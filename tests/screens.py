@@ -1,0 +1,88 @@
+"""Drives the real app with a walk that only notes, and reads its screens as text."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from made_states import NotedWalk
+from textual.pilot import Pilot
+
+from fieldcam.session.events import Changed, Listener, LiveEvent
+from fieldcam.session.state import WalkState
+from fieldcam.tui.app import FieldcamApp
+from fieldcam.tui.sound import Tune
+
+SMALL, LARGE = (80, 24), (120, 40)
+GOLDEN = Path(__file__).parent / "golden"
+WRITE = "FIELDCAM_WRITE_GOLDEN"
+
+
+@dataclass
+class Heard:
+    """A sound that only remembers."""
+
+    played: list[Tune] = field(default_factory=list)
+
+    def play(self, tune: Tune) -> None:
+        self.played.append(tune)
+
+
+class Driven:
+    """The app under a pilot."""
+
+    def __init__(self) -> None:
+        self.walk, self.sound = NotedWalk(), Heard()
+        self.app = FieldcamApp(self._start, self.sound)
+        self.pilot: Pilot[None]
+
+    async def tell(self, *events: LiveEvent | WalkState) -> None:
+        """As the walk's threads do, and until it is shown."""
+        for event in events:
+            self._listener(Changed(event) if isinstance(event, WalkState) else event)
+        await self.settle()
+
+    async def press(self, *keys: str) -> None:
+        await self.pilot.press(*keys)
+        await self.settle()
+
+    async def settle(self) -> None:
+        await self.pilot.pause()
+        await self.app.workers.wait_for_complete()
+        await self.pilot.pause()
+
+    @property
+    def text(self) -> str:
+        """What the terminal shows, without colours."""
+        strips = self.app.screen._compositor.render_strips()
+        return "\n".join(strip.text.rstrip() for strip in strips) + "\n"
+
+    def _start(self, listener: Listener) -> NotedWalk:
+        self._listener = listener
+        return self.walk
+
+
+def drive(size: tuple[int, int], script: Callable[[Driven], Awaitable[None]]) -> Driven:
+    """Run a script against the app in a terminal of this size."""
+
+    async def run() -> Driven:
+        driven = Driven()
+        async with driven.app.run_test(size=size) as pilot:
+            driven.pilot = pilot
+            await driven.settle()
+            await script(driven)
+        return driven
+
+    return asyncio.run(run())
+
+
+def check_golden(name: str, text: str) -> None:
+    """Compare with the file of this name; FIELDCAM_WRITE_GOLDEN=1 writes it anew."""
+    path = GOLDEN / f"{name}.txt"
+    if os.environ.get(WRITE):
+        GOLDEN.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    assert text == path.read_text(encoding="utf-8")

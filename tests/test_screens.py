@@ -1,0 +1,275 @@
+"""The screens: what they say at two sizes, and what each key asks of the walk."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from live_walks import read
+from made_states import AIM, shown_with, verdict
+from screens import LARGE, SMALL, Driven, check_golden, drive
+from textual.widgets import Input
+
+from fieldcam.analysis.status import State
+from fieldcam.analysis.status import Status as AnalysisStatus
+from fieldcam.errors import CameraUnplugged, StorageFull
+from fieldcam.session.events import (
+    CameraTrouble,
+    Done,
+    Doubted,
+    LiveEvent,
+    Refused,
+    Saved,
+    StorageTrouble,
+)
+from fieldcam.session.state import CameraState, WalkState
+from fieldcam.store.captures import SavedCapture
+from fieldcam.store.judgement_rows import Action
+from fieldcam.tui.sound import Tune
+from fieldcam.values import ReasonCode, Status
+
+SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
+SAVED = SavedCapture("capture", Path("l"), Path("r"), Path("d"))
+
+
+def screens_of(size: tuple[int, int], *states: WalkState) -> list[str]:
+    """The texts of these states, one after the other."""
+    shown: list[str] = []
+
+    async def script(driven: Driven) -> None:
+        for state in states:
+            await driven.tell(state)
+            shown.append(driven.text)
+
+    drive(size, script)
+    return shown
+
+
+def screen_of(size: tuple[int, int], *told: LiveEvent | WalkState, keys: str = "") -> str:
+    """The text after the walk told this and these keys were pressed."""
+    shown: list[str] = []
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(*told)
+        await driven.press(*keys.split())
+        shown.append(driven.text)
+
+    drive(size, script)
+    return shown[0]
+
+
+@SIZES
+def test_walk_screen(size: tuple[int, int], tmp_path: Path) -> None:
+    states = {
+        "accept": verdict(tmp_path, Status.ACCEPT),
+        "confirm": verdict(tmp_path, Status.CONFIRM, ReasonCode.FEWER_THAN_BEFORE, 3),
+        "retake": verdict(tmp_path, Status.RETAKE, ReasonCode.BLURRED),
+    }
+    for name, text in zip(states, screens_of(size, *states.values()), strict=True):
+        check_golden(f"walk-{name}-{size[0]}x{size[1]}", text)
+
+
+@SIZES
+def test_route_screen(size: tuple[int, int]) -> None:
+    check_golden(f"route-{size[0]}x{size[1]}", screen_of(size, AIM, keys="o"))
+
+
+@SIZES
+def test_help_screen(size: tuple[int, int]) -> None:
+    text = screen_of(size, AIM, keys="question_mark")
+    assert "Any key closes this page." in text and "SIMULATED" in text
+
+
+@SIZES
+def test_log_screen(size: tuple[int, int]) -> None:
+    text = screen_of(size, Done("Tag 11 accepted."), Refused("Not now."), AIM, keys="l")
+    assert re.search(r"\d\d:\d\d:\d\d  Tag 11 accepted\.\n \d\d:\d\d:\d\d  Not now\.", text)
+    assert "SIMULATED" in text and "analysis starting" in text
+
+
+@SIZES
+def test_states_without_a_verdict(size: tuple[int, int], tmp_path: Path) -> None:
+    saved = replace(AIM, shown=shown_with(tmp_path), waiting=1)
+    words = {
+        "Tag 12: aim, press Space. Last visit it had 5 fruitlets.": AIM,
+        "Taking tag 12: hold still.": replace(AIM, camera=CameraState.EXPOSING),
+        "The camera does not answer": replace(AIM, camera=CameraState.LOST),
+        "No cluster of this route": replace(AIM, tag_id=None, next_tag=None, progress=None),
+        "Saved. It is being read": saved,
+        "The analysis is off": replace(saved, analysis=AnalysisStatus(State.STOPPED)),
+        "Saved, but: It hung.": replace(AIM, shown=shown_with(tmp_path, failure="It hung.")),
+        "Tag 12 was accepted.": decided(tmp_path, Action.ACCEPT),
+        "Take tag 12 again": decided(tmp_path, Action.RETAKE),
+    }
+    for expected, text in zip(words, screens_of(size, *words.values()), strict=True):
+        assert expected in text
+
+
+def test_the_last_numbers_go_while_a_picture_is_taken(tmp_path: Path) -> None:
+    state = replace(verdict(tmp_path, Status.ACCEPT), camera=CameraState.EXPOSING)
+    assert "fruitlets" not in screen_of(SMALL, state)
+
+
+def decided(folder: Path, action: Action) -> WalkState:
+    return replace(AIM, shown=shown_with(folder, read(12), action=action))
+
+
+def test_a_struck_fruitlet_is_marked(tmp_path: Path) -> None:
+    state = replace(AIM, shown=shown_with(tmp_path, read(12), struck=(1,)))
+    text = screen_of(SMALL, state)
+    assert "1  struck out" in text and "4 fruitlets, last visit 5" in text
+
+
+def test_warnings_about_the_tag_are_said(tmp_path: Path) -> None:
+    wrong = verdict(tmp_path, Status.RETAKE, ReasonCode.WRONG_TAG)
+    text = screen_of(SMALL, replace(wrong, warnings=("Tag 11 is done already.",)))
+    assert "It is wrong_tag. Tag 11 is done already." in text
+    assert "tag BAD" in text and "depth good" in text
+
+
+def test_what_is_not_marked_as_simulated_is_real() -> None:
+    assert "SIMULATED" not in screen_of(SMALL, replace(AIM, simulated=False))
+
+
+@pytest.mark.parametrize("size", [(40, 10), (79, 24), (80, 23)])
+def test_a_window_that_is_too_small_says_so(size: tuple[int, int]) -> None:
+    text = " ".join(screen_of(size, AIM).split())
+    assert text == f"fieldcam needs a window of 80x24; this one is {size[0]}x{size[1]}."
+
+
+def test_a_window_may_grow_and_shrink() -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(AIM)
+        await driven.pilot.resize_terminal(40, 10)
+        await driven.settle()
+        assert "needs a window" in driven.text
+        await driven.pilot.resize_terminal(120, 40)
+        await driven.settle()
+        assert "aim, press Space" in driven.text
+
+    drive(SMALL, script)
+
+
+KEYS = {
+    "space": ("shoot",),
+    "enter": ("accept",),
+    "r": ("retake",),
+    "backspace": ("retake",),
+    "s": ("second_view",),
+    "f": ("fallen",),
+    "h": ("hidden",),
+    "c": ("other_target",),
+    "x": ("strike", 0),
+    "k": ("skip",),
+    "u": ("undo",),
+    "left": ("step", -1),
+    "right": ("step", 1),
+}
+
+
+def test_each_key_is_one_command(tmp_path: Path) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(verdict(tmp_path, Status.ACCEPT))
+        for key in KEYS:
+            await driven.press(key)
+
+    assert drive(SMALL, script).walk.asked == list(KEYS.values())
+
+
+def test_arrows_choose_the_fruitlet_that_is_struck(tmp_path: Path) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(verdict(tmp_path, Status.ACCEPT))
+        await driven.press("down", "down", "x", "up", "up", "up", "x")
+
+    assert drive(SMALL, script).walk.asked == [("strike", 2), ("strike", 4)]
+
+
+def test_a_note_and_a_tag_are_typed(tmp_path: Path) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(verdict(tmp_path, Status.ACCEPT))
+        await driven.press("n", *"a", "space", *"leaf", "enter")
+        await driven.press("t", *"2x1", "enter")
+        await driven.press("t", "5", "escape")
+        assert not driven.app.screen.query(Input)
+
+    assert drive(SMALL, script).walk.asked == [("note", "a leaf"), ("correct_tag", 21)]
+
+
+@SIZES
+def test_big_buttons_do_what_their_keys_do(size: tuple[int, int], tmp_path: Path) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(verdict(tmp_path, Status.ACCEPT))
+        for action in ("shoot", "accept", "retake"):
+            button = driven.app.screen.query_one(f"#do-{action}")
+            assert button.size.height == 3
+            await driven.pilot.click(f"#do-{action}")
+        fewer = verdict(tmp_path, Status.CONFIRM, ReasonCode.FEWER_THAN_BEFORE, 3)
+        await driven.tell(fewer)
+        await driven.pilot.click("#do-hidden")
+        await driven.settle()
+
+    asked = drive(size, script).walk.asked
+    assert asked == [("shoot",), ("accept",), ("retake",), ("hidden",)]
+
+
+def test_a_doubt_takes_one_key() -> None:
+    insisted: list[str] = []
+    doubt = Doubted("Keep it all the same?", lambda: insisted.append("yes"))
+
+    async def script(driven: Driven) -> None:
+        for key in ("enter", "space", "y", "escape"):
+            await driven.tell(AIM, doubt)
+            assert "Keep it all the same?" in driven.text
+            await driven.press(key)
+            assert "Keep it" not in driven.text
+
+    assert drive(SMALL, script).walk.asked == []
+    assert insisted == ["yes", "yes"]
+
+
+def test_the_route_goes_to_any_cluster() -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(AIM)
+        await driven.press("o", "down", "enter")
+        assert "aim, press Space" in driven.text
+
+    assert drive(SMALL, script).walk.asked == [("go_to", 22)]
+
+
+def test_what_was_not_saved_stays_until_something_is() -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(StorageTrouble(StorageFull("Only 3 MB are free.")), AIM)
+        assert "NOT SAVED: Only 3 MB are free." in driven.text
+        await driven.tell(AIM)
+        assert "NOT SAVED" in driven.text
+        await driven.tell(Saved(SAVED, 12, 12.0), AIM)
+        assert "NOT SAVED" not in driven.text
+
+    assert drive(SMALL, script).sound.played == [Tune.BAD]
+
+
+def test_trouble_with_the_camera_is_said_and_heard() -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(CameraTrouble(CameraUnplugged("No camera answers.", "Plug it in.")))
+        assert "No picture: No camera answers. Plug it in." in driven.text
+
+    assert drive(SMALL, script).sound.played == [Tune.BAD]
+
+
+def test_one_key_switches_between_day_and_night() -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(AIM)
+        await driven.press("d")
+        assert driven.app.theme == "fieldcam-light"
+        await driven.press("d")
+        assert driven.app.theme == "fieldcam-dark"
+
+    drive(SMALL, script)
+
+
+def test_a_missing_picture_leaves_the_numbers(tmp_path: Path) -> None:
+    state = verdict(tmp_path, Status.ACCEPT)
+    (tmp_path / "left.pgm").unlink()
+    assert "5 fruitlets, last visit 5" in screen_of(SMALL, state)
