@@ -22,7 +22,12 @@ def register(commands: Subparsers[Parser]) -> None:
         add_command(actions, "verify", "check the networks' files against their hashes", _verify)
     )
     add = add_command(actions, "add", "use a network of your own in place of a shipped one", _add)
-    add.add_argument("role", type=Role, choices=list(Role), metavar="segmentation|stereo")
+    add.add_argument(
+        "role",
+        choices=[*map(str, Role)],
+        metavar="segmentation|stereo",
+        help="what the network does",
+    )
     add.add_argument("file", type=Path, help="an ONNX file, as the export tools make it")
     add_json(add)
 
@@ -56,8 +61,8 @@ def _verify(arguments: argparse.Namespace) -> None:
 
 
 def _add(arguments: argparse.Namespace) -> None:
-    check_network(arguments.role, arguments.file)
-    added = add_model(arguments.role, arguments.file, data_path(arguments.data))
+    check_network(Role(arguments.role), arguments.file)
+    added = add_model(Role(arguments.role), arguments.file, data_path(arguments.data))
     if arguments.json:
         emit_json(_entry(added))
     else:

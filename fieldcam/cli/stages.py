@@ -27,22 +27,34 @@ if TYPE_CHECKING:
 
 def register(commands: Subparsers[Parser]) -> None:
     tags = add_command(commands, "tags", "read the AprilTags of an image", _tags)
-    tags.add_argument("image", type=Path)
+    tags.add_argument("image", type=Path, help="8-bit PNG, JPEG, PGM or PPM")
     tags.add_argument("--calibration", type=Path, metavar="FILE", help="to know their range")
-    tags.add_argument("--tag-size-mm", type=positive_number, default=TAG_SIZE_MM, metavar="MM")
+    tags.add_argument(
+        "--tag-size-mm",
+        type=positive_number,
+        default=TAG_SIZE_MM,
+        metavar="MM",
+        help="side of the tag's black square (%(default)s)",
+    )
     add_json(tags)
 
     segment = add_command(commands, "segment", "find the fruitlets of an image", _segment)
-    segment.add_argument("image", type=Path)
+    segment.add_argument("image", type=Path, help="8-bit PNG, JPEG, PGM or PPM")
     add_json(segment)
 
     disparity = add_command(
         commands, "disparity", "match a rectified pair and write the disparity", _disparity
     )
-    disparity.add_argument("left", type=Path)
-    disparity.add_argument("right", type=Path)
+    disparity.add_argument("left", type=Path, help="image of the left eye, rectified")
+    disparity.add_argument("right", type=Path, help="image of the right eye, rectified")
     disparity.add_argument("out", type=Path, metavar="OUT.npy", help="float32, NaN where unknown")
-    disparity.add_argument("--stereo", type=Matcher, choices=list(Matcher), default=Matcher.RAFT)
+    disparity.add_argument(
+        "--stereo",
+        type=Matcher,
+        choices=list(Matcher),
+        default=Matcher.RAFT,
+        help="sgbm: the paper's baseline",
+    )
     disparity.add_argument(
         "--max-disparity", type=positive_count, metavar="N", help="bound of the search, pixels"
     )
