@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldcam.vision.clustering import (
+    PAPER_CLUSTERS,
     ClusterParameters,
     clusters,
     rejoined,
@@ -62,6 +63,13 @@ CASES = {
 def test_known_arrangements(case: str) -> None:
     points, expected = CASES[case]
     assert clusters(points) == expected
+
+
+def test_two_visible_fruitlets_of_a_neighbour_join_only_by_the_papers_limit() -> None:
+    tagged = at((0, 0, 0), (20, 0, 0), (10, 18, 0))
+    points = np.concatenate([tagged, at((62, 0, 0), (66, 25, 0))])
+    assert clusters(points) == ((0, 1, 2), (3, 4))
+    assert clusters(points, PAPER_CLUSTERS) == ((0, 1, 2, 3, 4),)
 
 
 @st.composite

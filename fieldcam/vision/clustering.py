@@ -24,17 +24,22 @@ TARGET_CAP_MM = 150.0
 
 @dataclass(frozen=True, slots=True)
 class ClusterParameters:
-    """Thresholds of Algorithm 1, with the authors' values."""
+    """Thresholds of Algorithm 1, with the authors' values but for `merge_mm`."""
 
     tau1_mm: float = 36.0
     tau2_mm: float = 50.0
-    merge_mm: float = 50.0
-    """d_c: members of a merged community lie nearer than this to its centroid."""
+    merge_mm: float = 38.0
+    """d_c: members of a merged community lie nearer than this to its centroid.
+
+    Tighter than the authors': of a neighbouring cluster often only two fruitlets
+    can be seen, which 50 mm joins to the tagged one.
+    """
     single_mm: float = 40.0
     """d_u: the same after a single fruitlet was added."""
-    bud_mm: float = 38.0
-    """Members of one bud lie nearer than this to their centroid (`rejoined`, not the paper's)."""
     seed: int = 0
+
+
+PAPER_CLUSTERS = ClusterParameters(merge_mm=50.0)
 
 
 def clusters(
@@ -87,9 +92,11 @@ def with_singles(communities: Sequence[Community], certain: Sequence[int]) -> tu
 
 
 def rejoined(
-    communities: Sequence[Community], centroids_mm: Vectors, bud_mm: float
+    communities: Sequence[Community], centroids_mm: Vectors, merge_mm: float
 ) -> tuple[Community, ...]:
     """Communities of any size joined, nearest first, while their union fits one bud.
+
+    Members of one bud lie nearer than `merge_mm` to their common centroid.
 
     Louvain splits large clusters of large fruitlets into halves of three or
     more, which the paper's merging of pairs does not mend. On 170 simulated
@@ -104,7 +111,7 @@ def rejoined(
             (float(np.linalg.norm(centers[i] - centers[j])), i, j)
             for j in range(len(groups))
             for i in range(j)
-            if _compact(points, groups[i] + groups[j], bud_mm)
+            if _compact(points, groups[i] + groups[j], merge_mm)
         ]
         if not candidates:
             return tuple(tuple(g) for g in groups)

@@ -26,6 +26,7 @@ from fieldcam.values import (
 )
 from fieldcam.vision.clouds import PAPER_CLOUDS, CloudParameters, FruitletCloud, fruitlet_cloud
 from fieldcam.vision.clustering import (
+    PAPER_CLUSTERS,
     ClusterParameters,
     Community,
     clusters,
@@ -203,12 +204,14 @@ class Pipeline:
         """Communities of fruitlets, by their indices, and the tagged one (empty if none)."""
         placed = [(k, c.centroid_mm) for k, c in enumerate(clouds) if c.centroid_mm is not None]
         centroids = np.array([c for _, c in placed], dtype=np.float64).reshape(-1, 3)
-        found = clusters(centroids, self._parameters.clustering)
-        if settings.method is not Method.PAPER:
+        paper = settings.method is Method.PAPER
+        parameters = PAPER_CLUSTERS if paper else self._parameters.clustering
+        found = clusters(centroids, parameters)
+        if not paper:
             certain = self._parameters.sizing.min_score
             sure = [n for n, (k, _) in enumerate(placed) if instances[k].score >= certain]
             found = with_singles(found, sure)
-            found = rejoined(found, centroids, self._parameters.clustering.bud_mm)
+            found = rejoined(found, centroids, parameters.merge_mm)
         groups = tuple(tuple(placed[i][0] for i in group) for group in found)
         if tag is None or tag.translation_mm is None:
             return groups, ()
