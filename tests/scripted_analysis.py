@@ -7,15 +7,17 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from threading import Event, Timer
 
 import numpy as np
-from made_readings import made_fruitlet, made_reading
+from made_readings import TAG, made_fruitlet, made_reading
 
 from fieldcam.analysis.requests import Setup
 from fieldcam.errors import ImageUnreadable, ModelMissing
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import ClusterReading, Expectation
+from fieldcam.values import ClusterReading, Expectation, TagPose
 
 REPLIES = 4
 """The descriptor on which the process answers: after the standard ones and the requests."""
@@ -108,6 +110,11 @@ class Scripted:
             saved.left.write_text(str(os.getpid()))
         DEEDS[saved.key.partition(" ")[0]]()
         return made_reading([made_fruitlet(0, (100.0, 100.0))], expectation=expectation)
+
+    def look(self, image: Path, shrunk: int) -> tuple[TagPose, ...]:
+        """Does what the file's first word says and then sees one tag, whose id is `shrunk`."""
+        DEEDS[image.stem.partition(" ")[0]]()
+        return (replace(TAG, id=shrunk),)
 
 
 class Untouched(Scripted):

@@ -16,6 +16,7 @@ from fieldcam.analysis.frames import LONGEST_BYTES, FrameInvalid, Frames, frame
 from fieldcam.analysis.replies import Done, Failed, Read, decode_reply, encode_reply
 from fieldcam.analysis.requests import (
     Analyse,
+    Look,
     Ping,
     Request,
     Setup,
@@ -54,6 +55,7 @@ requests = st.one_of(
         st.builds(SavedCapture, st.text(), paths, paths, paths, st.none() | paths),
         st.builds(Expectation, counts, counts),
     ),
+    st.builds(Look, paths, st.integers(1, 9)),
     st.just(Ping()),
 )
 json_values = st.recursive(

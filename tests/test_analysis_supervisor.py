@@ -94,7 +94,7 @@ class Watch(Protocol):
 
 @pytest.fixture
 def watch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Watch]:
-    monkeypatch.setenv("PYTHONPATH", str(HERE))
+    monkeypatch.setenv("PYTHONPATH", f"{HERE}{os.pathsep}{HERE.parent}")
     with ExitStack() as stack:
 
         def start(
@@ -327,7 +327,7 @@ def test_it_may_be_closed_from_its_own_thread(watch: Watch) -> None:
 def test_a_log_that_cannot_be_written_stops_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setenv("PYTHONPATH", str(HERE))
+    monkeypatch.setenv("PYTHONPATH", f"{HERE}{os.pathsep}{HERE.parent}")
     log = Path("/proc/nowhere/analysis.log")
     with Supervisor(Setup(CAMERA), log, work="scripted_analysis:Scripted") as supervisor:
         assert supervisor.submit(pair("chatter"), Expectation()).result(LONG_S)
@@ -389,7 +389,7 @@ threading.Event().wait()
 
 @pytest.fixture
 def parent(monkeypatch: pytest.MonkeyPatch) -> Callable[..., subprocess.Popen[str]]:
-    monkeypatch.setenv("PYTHONPATH", str(HERE))
+    monkeypatch.setenv("PYTHONPATH", f"{HERE}{os.pathsep}{HERE.parent}")
 
     def start(key: str, gate: Path) -> subprocess.Popen[str]:
         command = [sys.executable, "-c", PARENT, key, str(gate)]

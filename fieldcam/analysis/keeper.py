@@ -7,8 +7,9 @@ from time import monotonic
 
 from fieldcam.analysis.conversation import Bell, Conversation
 from fieldcam.analysis.desk import Desk, Job
+from fieldcam.analysis.glances import Glance, Glances
 from fieldcam.analysis.process import KEPT, AnalysisProcess
-from fieldcam.analysis.replies import Done, Failed, Read
+from fieldcam.analysis.replies import Failed, Read, Seen
 from fieldcam.analysis.requests import Analyse, Ping, Setup, WarmUp
 from fieldcam.analysis.restarts import RestartWindow
 from fieldcam.analysis.status import Limits, State
@@ -21,9 +22,16 @@ class Keeper:
     """Runs in one thread only, but for `kill`; the process is that thread's own child."""
 
     def __init__(
-        self, desk: Desk, bell: Bell, setup: Setup, limits: Limits, work: str, log: Path | None
+        self,
+        desk: Desk,
+        glances: Glances,
+        bell: Bell,
+        setup: Setup,
+        limits: Limits,
+        work: str,
+        log: Path | None,
     ) -> None:
-        self._desk, self._bell = desk, bell
+        self._desk, self._glances, self._bell = desk, glances, bell
         self._setup, self._limits, self._work, self._log = setup, limits, work, log
         self._process: AnalysisProcess | None = None
         self.heard_s = monotonic()
@@ -42,6 +50,7 @@ class Keeper:
             reason = ending or _given_up(self._limits)
         finally:
             self._desk.shut(reason)
+            self._glances.shut(reason)
 
     def _live(self) -> AnalysisOff | None:
         """Serve with one process as long as it lives; None when another one should follow."""
@@ -63,6 +72,9 @@ class Keeper:
             self._desk.note(reply.error.message)
         while True:
             talk.check()
+            if (glance := self._glances.take()) is not None:
+                self._look(talk, glance, deadline_s)
+                continue  # what came meanwhile has rung already
             job = self._desk.take()
             if job is None:
                 self._rest(talk)
@@ -76,11 +88,23 @@ class Keeper:
             talk.ask(Ping(), self._limits.pair_s)
             self.heard_s = monotonic()
 
+    def _look(self, talk: Conversation, glance: Glance, deadline_s: float) -> None:
+        """Before the pairs that wait, since it takes no time and the operator aims by it."""
+        try:
+            reply = talk.ask(glance.look, deadline_s)
+            if not isinstance(reply, Seen | Failed):
+                raise AnalysisFailed("The analysis gave an answer that is none.", KEPT)
+        except AnalysisFailed as lost:
+            glance.answer(lost)
+            raise
+        self.heard_s = monotonic()
+        glance.answer(reply.tags if isinstance(reply, Seen) else reply.error)
+
     def _read(self, talk: Conversation, job: Job, deadline_s: float) -> None:
         self._desk.enter(State.BUSY)
         try:
             reply = talk.ask(Analyse(job.saved, job.expectation), deadline_s)
-            if isinstance(reply, Done):
+            if not isinstance(reply, Read | Failed):
                 raise AnalysisFailed("The analysis gave an answer that is none.", KEPT)
         except AnalysisOff:
             raise  # everything that waits will be told

@@ -8,8 +8,9 @@ from fieldcam import errors
 from fieldcam.analysis.frames import FrameInvalid
 from fieldcam.errors import AnalysisFailed, FieldcamError, ReadingInvalid
 from fieldcam.exchange.json_fields import Json, text
+from fieldcam.exchange.reading_parts import decode_tag, encode_tag
 from fieldcam.exchange.readings import decode_reading, encode_reading
-from fieldcam.values import ClusterReading
+from fieldcam.values import ClusterReading, TagPose
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +25,13 @@ class Read:
     reading: ClusterReading
 
 
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """Answers with the tags of a preview, in its own pixels."""
+
+    tags: tuple[TagPose, ...]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Failed:
     """Answers that this request could not be met; the process goes on."""
@@ -31,7 +39,7 @@ class Failed:
     error: FieldcamError
 
 
-Reply = Done | Read | Failed
+Reply = Done | Read | Seen | Failed
 
 
 def encode_reply(reply: Reply) -> Json:
@@ -40,6 +48,8 @@ def encode_reply(reply: Reply) -> Json:
             return {"is": "done"}
         case Read(reading):
             return {"is": "reading", "reading": encode_reading(reading)}
+        case Seen(tags):
+            return {"is": "tags", "tags": [encode_tag(tag) for tag in tags]}
         case Failed(error):
             name = type(error).__name__
             return {"is": "error", "error": name, "message": error.message, "hint": error.hint}
@@ -51,7 +61,7 @@ def decode_reply(document: object) -> Reply:
         raise FrameInvalid("A reply is no JSON object.")
     try:
         return _decode_reply(document)
-    except (KeyError, TypeError, ReadingInvalid) as error:
+    except (KeyError, TypeError, ValueError, ReadingInvalid) as error:
         raise FrameInvalid("A reply is damaged.") from error
 
 
@@ -61,6 +71,8 @@ def _decode_reply(document: Json) -> Reply:
             return Done()
         case "reading":
             return Read(decode_reading(document["reading"]))
+        case "tags":
+            return Seen(tuple(decode_tag(tag) for tag in document["tags"]))
         case "error":
             error = _error_class(text(document["error"]))
             return Failed(error(text(document["message"]), text(document["hint"])))

@@ -42,11 +42,21 @@ class Analyse:
 
 
 @dataclass(frozen=True, slots=True)
+class Look:
+    """Find the tags in a preview."""
+
+    image: Path
+    """PGM or PPM of the left eye."""
+    shrunk: int
+    """Full-size pixels to one of its own."""
+
+
+@dataclass(frozen=True, slots=True)
 class Ping:
     """Say that you are alive."""
 
 
-Request = WarmUp | Analyse | Ping
+Request = WarmUp | Analyse | Look | Ping
 
 
 def encode_request(request: Request) -> Json:
@@ -61,6 +71,8 @@ def encode_request(request: Request) -> Json:
                 "calibration": _text(saved.calibration),
                 "expectation": asdict(expectation),
             }
+        case Look(image, shrunk):
+            return {"ask": "look", "image": str(image), "shrunk": shrunk}
         case Ping():
             return {"ask": "ping"}
 
@@ -75,6 +87,8 @@ def decode_request(document: Json) -> Request:
             calibration = optional(document["calibration"], Path)
             saved = SavedCapture(text(document["key"]), left, right, record, calibration)
             return Analyse(saved, _decode_expectation(document["expectation"]))
+        case "look":
+            return Look(Path(document["image"]), whole(document["shrunk"]))
         case _:
             return Ping()
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import importlib
 import traceback
+from pathlib import Path
 from typing import Protocol
 
 from fieldcam.analysis.frames import frame
-from fieldcam.analysis.replies import Done, Failed, Read, Reply, encode_reply
-from fieldcam.analysis.requests import Analyse, Ping, Request, Setup, WarmUp
+from fieldcam.analysis.replies import Done, Failed, Read, Reply, Seen, encode_reply
+from fieldcam.analysis.requests import Analyse, Look, Ping, Request, Setup, WarmUp
 from fieldcam.errors import AnalysisFailed, FieldcamError
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import ClusterReading, Expectation
+from fieldcam.values import ClusterReading, Expectation, TagPose
 
 
 class Work(Protocol):
@@ -20,6 +21,8 @@ class Work(Protocol):
     def warm_up(self) -> None: ...
 
     def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading: ...
+
+    def look(self, image: Path, shrunk: int) -> tuple[TagPose, ...]: ...
 
 
 class Service:
@@ -49,6 +52,8 @@ class Service:
                 self._opened().warm_up()
             case Analyse(saved, expectation):
                 return Read(self._opened().analyse(saved, expectation))
+            case Look(image, shrunk):
+                return Seen(self._opened().look(image, shrunk))
             case Ping():
                 pass
         return Done()

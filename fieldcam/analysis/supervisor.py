@@ -15,8 +15,9 @@ from typing import Self
 
 from fieldcam.analysis.conversation import Bell
 from fieldcam.analysis.desk import Desk, Job, Listener
+from fieldcam.analysis.glances import Glances, Tags
 from fieldcam.analysis.keeper import Keeper
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.requests import Look, Setup
 from fieldcam.analysis.status import Limits, State, Status
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import ClusterReading, Expectation
@@ -49,7 +50,8 @@ class Supervisor:
         self._bell = Bell()
         self._desk = Desk(self._bell, listener, limits.tries)
         self._lifecycle = threading.Lock()
-        self._keeper = Keeper(self._desk, self._bell, setup, limits, work, log)
+        self._glances = Glances(self._bell)
+        self._keeper = Keeper(self._desk, self._glances, self._bell, setup, limits, work, log)
         self._start()
 
     def submit(
@@ -69,6 +71,10 @@ class Supervisor:
         self._desk.submit(job, urgent, again)
         return job.future
 
+    def look(self, image: Path, shrunk: int) -> Future[Tags]:
+        """The promise of a preview's tags in its own pixels; a newer preview cancels it."""
+        return self._glances.submit(Look(image, shrunk))
+
     @property
     def status(self) -> Status:
         return self._desk.status
@@ -82,6 +88,7 @@ class Supervisor:
         """Start again after STOPPED, with a clean slate; at other times nothing happens."""
         with self._lifecycle:
             if self.status.state is State.STOPPED and not self._bell.closing.is_set():
+                self._glances.open()
                 self._desk.open()
                 self._start()
 

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from fieldcam.analysis.cameras import own_camera
 from fieldcam.analysis.direct import DirectAnalyst
 from fieldcam.analysis.requests import Setup
+from fieldcam.errors import ImageUnreadable
 from fieldcam.models import find_models, verify_model
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import Calibration, ClusterReading, Expectation, StereoPair
+from fieldcam.store.raw_images import decode_raw
+from fieldcam.values import Calibration, ClusterReading, Expectation, StereoPair, TagPose
 from fieldcam.vision.pipeline import Pipeline
+from fieldcam.vision.tags import detect_tags
 
 _SMALL = Calibration(320, 240, 380.0, 160.0, 120.0, 60.0)
 
@@ -31,6 +37,23 @@ class VisionWork:
     def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
         return self._analyst.analyse(saved, expectation)
 
+    def look(self, image: Path, shrunk: int) -> tuple[TagPose, ...]:
+        """The tags of a preview; of a raw camera's, its distortion is left as it is."""
+        try:
+            content = image.read_bytes()
+        except OSError as error:
+            raise ImageUnreadable(f"The preview cannot be read: {error.strerror}.") from error
+        pixels = decode_raw(content, image.name)
+        camera = self._preview_camera((pixels.shape[1] * shrunk, pixels.shape[0] * shrunk))
+        own = None if camera is None else _shrunk(camera, shrunk)
+        return detect_tags(pixels, own, self._setup.settings.tag_size_mm)
+
+    def _preview_camera(self, size_px: tuple[int, int]) -> Calibration | None:
+        camera = self._setup.camera
+        if isinstance(camera, Path):
+            return own_camera(camera, size_px).calibration
+        return camera
+
     @functools.cached_property
     def _pipeline(self) -> Pipeline:
         models = find_models(self._setup.data)
@@ -41,3 +64,15 @@ class VisionWork:
     @functools.cached_property
     def _analyst(self) -> DirectAnalyst:
         return DirectAnalyst(self._pipeline, self._setup.camera, self._setup.settings)
+
+
+def _shrunk(camera: Calibration, times: int) -> Calibration:
+    """The camera whose pixels are every so many of this one's, from the first on."""
+    return replace(
+        camera,
+        width_px=camera.width_px // times,
+        height_px=camera.height_px // times,
+        focal_px=camera.focal_px / times,
+        cx_px=camera.cx_px / times,
+        cy_px=camera.cy_px / times,
+    )
