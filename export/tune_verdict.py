@@ -26,8 +26,15 @@ from fieldcam.calibration.drift import row_disagreement_px, tag_disparity_px, ta
 from fieldcam.calibration.readers import load_rectified
 from fieldcam.exchange.images import read_image, read_pair
 from fieldcam.models import find_models
-from fieldcam.values import Calibration, Expectation, ImageU8, StereoPair
-from fieldcam.vision import findings, judging, judging_eyes
+from fieldcam.values import (
+    FARTHEST_MM,
+    NEAREST_MM,
+    Calibration,
+    Expectation,
+    ImageU8,
+    StereoPair,
+)
+from fieldcam.vision import judging, judging_eyes
 from fieldcam.vision.eye_matches import match_eyes
 from fieldcam.vision.pipeline import Pipeline
 from fieldcam.vision.quality import LIT, clipped_share, middle, white_level
@@ -76,7 +83,7 @@ BEYOND: dict[str, Callable[[float], bool]] = {
     "spots_spread_px": lambda v: v > judging_eyes.MISPAIRED_SPREAD_PX,
     "nearer_is_farther_off": lambda v: v > 0.5,
     "right_white_ratio": lambda v: v < judging.LEAST_RIGHT_WHITE_RATIO,
-    "tag_range_mm": lambda v: not findings.NEAREST_MM <= v <= findings.FARTHEST_MM,
+    "tag_range_mm": lambda v: not NEAREST_MM <= v <= FARTHEST_MM,
 }
 """For each measure: whether a value speaks against the pair."""
 

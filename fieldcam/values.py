@@ -33,6 +33,13 @@ TAG_SIZE_MM = 27.95
 """Side of the black border of the authors' printed tag36h11."""
 
 
+NEAREST_MM, FARTHEST_MM = 300.0, 600.0
+"""Of the tag: the working range that the operator is told."""
+
+BEST_RANGE_MM = (360.0, 516.0)
+"""Where the authors' camera stood: 438 mm, give or take 78."""
+
+
 class PixelFormat(StrEnum):
     """How a raw image holds its colours."""
 

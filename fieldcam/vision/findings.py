@@ -6,9 +6,6 @@ from fieldcam.values import Reason, ReasonCode, Status
 
 Finding = tuple[Status, Reason]
 
-NEAREST_MM, FARTHEST_MM = 300.0, 600.0
-"""Of the tag: the working range that the operator is told."""
-
 
 def retake(code: ReasonCode, text: str) -> Finding:
     return Status.RETAKE, Reason(code, text)

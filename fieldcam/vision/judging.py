@@ -9,9 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fieldcam.values import Flag, Fruitlet, ReasonCode, Status, TagPose, Verdict
+from fieldcam.values import (
+    FARTHEST_MM,
+    NEAREST_MM,
+    Flag,
+    Fruitlet,
+    ReasonCode,
+    Status,
+    TagPose,
+    Verdict,
+)
 from fieldcam.vision.evidence import Evidence, Quality
-from fieldcam.vision.findings import FARTHEST_MM, NEAREST_MM, Finding, confirm, retake
+from fieldcam.vision.findings import Finding, confirm, retake
 from fieldcam.vision.judging_eyes import judge_eyes
 
 LEAST_FRUIT_BRIGHTNESS = 50.0

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fieldcam.calibration.drift import row_disagreement_px, tag_disparity_px, tag_size_error
-from fieldcam.values import ReasonCode, TagPose
+from fieldcam.values import FARTHEST_MM, NEAREST_MM, ReasonCode, TagPose
 from fieldcam.vision.evidence import Evidence
-from fieldcam.vision.findings import FARTHEST_MM, NEAREST_MM, Finding, confirm, retake
+from fieldcam.vision.findings import Finding, confirm, retake
 
 TAG_SIZE_BIAS = -0.0055
 """White grows into black by the camera's gamma, also with a perfect calibration."""
