@@ -11,11 +11,13 @@ from queue import Queue
 from types import TracebackType
 from typing import Self, TypeVar
 
+import numpy as np
 from made_readings import TAG, made_fruitlet, made_reading
 from stored_walks import MadeWalk, raw_pair, small_store
 
 from fieldcam.analysis.status import State, Status
 from fieldcam.camera.port import FlashStereoDevice
+from fieldcam.camera.preview import Preview
 from fieldcam.errors import CameraUnplugged
 from fieldcam.session.events import Changed, LiveEvent, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
@@ -29,6 +31,7 @@ from fieldcam.values import (
     RawPair,
     Reason,
     ReasonCode,
+    TagPose,
     Verdict,
 )
 from fieldcam.values import Status as VerdictStatus
@@ -45,7 +48,8 @@ class ToldCamera:
 
     def __init__(self) -> None:
         self.plugged = True
-        self.opened = self.closed = self.taken = 0
+        self.opened = self.closed = self.taken = self.looks = 0
+        self.sight: Preview | None = Preview(np.full((6, 8), 9, np.uint8), 3, flash_ready=True)
 
     def open(self) -> FlashStereoDevice:
         if not self.plugged:
@@ -58,6 +62,15 @@ class ToldCamera:
             raise CameraUnplugged("No camera answers.", "Plug it in.")
         self.taken += 1
         return raw_pair(self.taken + 100)
+
+    def preview(self, deadline_s: float) -> Preview | None:
+        if not self.plugged:
+            raise CameraUnplugged("No camera answers.", "Plug it in.")
+        self.looks += 1
+        return self.sight
+
+    def watch_shutter(self, pressed: Callable[[], None]) -> None:
+        self.press = pressed
 
     def close(self) -> None:
         self.closed += 1
@@ -82,6 +95,10 @@ class ToldAnalysis:
         self.outcomes: list[ClusterReading | Exception] = []
         self.asked: list[tuple[SavedCapture, Expectation]] = []
         self.waiting: list[Future[ClusterReading]] = []
+        self.sights: list[tuple[TagPose, ...] | Exception] = []
+        """Of the previews; the last one stays, without any a preview waits."""
+        self.looked: list[Path] = []
+        self.glances: list[Future[tuple[TagPose, ...]]] = []
         self.closed = False
 
     def submit(
@@ -100,6 +117,18 @@ class ToldAnalysis:
             future.set_exception(outcome)
         else:
             future.set_result(outcome)
+        return future
+
+    def look(self, image: Path, shrunk: int) -> Future[tuple[TagPose, ...]]:
+        future: Future[tuple[TagPose, ...]] = Future()
+        self.looked.append(image)
+        self.glances.append(future)
+        if self.sights:
+            sight = self.sights[0] if len(self.sights) == 1 else self.sights.pop(0)
+            if isinstance(sight, Exception):
+                future.set_exception(sight)
+            else:
+                future.set_result(sight)
         return future
 
     def restart(self) -> None:

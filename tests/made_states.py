@@ -97,6 +97,14 @@ class NotedWalk:
 
     def __init__(self) -> None:
         self.asked: list[tuple[object, ...]] = []
+        self.previews = 0
+        """How many look through the camera."""
+
+    def start_preview(self) -> None:
+        self.previews += 1
+
+    def stop_preview(self) -> None:
+        self.previews -= 1
 
     def shoot(self) -> None:
         self.asked.append(("shoot",))

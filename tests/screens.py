@@ -36,7 +36,8 @@ class Driven:
 
     def __init__(self) -> None:
         self.walk, self.sound = NotedWalk(), Heard()
-        self.app = FieldcamApp(self._start, self.sound)
+        self.tricks: list[str] = []
+        self.app = FieldcamApp(self._start, self.sound, tricks={"Camera: trick": self._trick})
         self.pilot: Pilot[None]
 
     async def tell(self, *events: LiveEvent | WalkState) -> None:
@@ -59,6 +60,10 @@ class Driven:
         """What the terminal shows, without colours."""
         strips = self.app.screen._compositor.render_strips()
         return "\n".join(strip.text.rstrip() for strip in strips) + "\n"
+
+    def _trick(self) -> str:
+        self.tricks.append("trick")
+        return "The camera was tricked."
 
     def _start(self, listener: Listener) -> NotedWalk:
         self._listener = listener

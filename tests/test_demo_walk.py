@@ -20,7 +20,7 @@ from fieldcam.analysis.direct import DirectAnalyst
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
 from fieldcam.cli import main
 from fieldcam.errors import CameraUnplugged, ExitCode
-from fieldcam.simulator import Block
+from fieldcam.simulator import Block, Faults
 from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.objects import Objects
 from fieldcam.store.store import DATABASE_NAME
@@ -36,7 +36,9 @@ from fieldcam.values import (
 from fieldcam.vision.pipeline import Pipeline
 
 
-def fake_capture(block: Block, cluster_index: int, day: int, view: int = 0) -> SimpleNamespace:
+def fake_capture(
+    block: Block, cluster_index: int, day: int, view: int = 0, faults: Faults | None = None
+) -> SimpleNamespace:
     """A grey pair with two target fruitlets, which grow by 0.5 mm a day."""
     image = np.full((4, 6, 3), 10 * cluster_index + day, np.uint8)
     taken_at = datetime(2026, 5, 21 + day, tzinfo=UTC)

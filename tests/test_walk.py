@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from made_readings import made_fruitlet, made_reading
 
+from fieldcam.camera.preview import Preview
 from fieldcam.errors import CameraUnplugged, FieldcamError, ModelMissing, StorageFull
 from fieldcam.session.walk import Analysed, NotAnalysed, Saved, walk
 from fieldcam.store.captures import SavedCapture
@@ -36,6 +37,12 @@ class FakeCamera:
         image = np.zeros((2, 2), np.uint8)
         now = datetime(2026, 5, 21, tzinfo=UTC)
         return RawPair(image, image, PixelFormat.MONO8, now, 0, 0, "L", "R", 1)
+
+    def preview(self, deadline_s: float) -> Preview | None:
+        return None
+
+    def watch_shutter(self, pressed: Callable[[], None]) -> None:
+        pass
 
     def close(self) -> None:
         self._log.append("close")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import TracebackType
 from typing import Protocol, Self
 
+from fieldcam.camera.preview import Preview
 from fieldcam.values import Calibration, RawPair
 
 
@@ -31,6 +33,17 @@ class FlashStereoDevice(Protocol):
         Raises CaptureTimeout when no whole pair came within `deadline_s`, and
         CameraUnplugged when the camera is gone.
         """
+        ...
+
+    def preview(self, deadline_s: float) -> Preview | None:
+        """What the left eye sees now, without the flash; None where it sees nothing yet.
+
+        Raises as `capture` does. Costs nothing while nobody asks.
+        """
+        ...
+
+    def watch_shutter(self, pressed: Callable[[], None]) -> None:
+        """Call this whenever the camera's own shutter is pressed, from any thread."""
         ...
 
     def close(self) -> None:

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fieldcam.errors import FieldcamError
+from fieldcam.session.cue import Cue
 from fieldcam.session.state import WalkState
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import Verdict
+from fieldcam.values import ImageU8, Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +83,15 @@ class Doubted:
     insist: Callable[[], None]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Previewed:
+    """What the camera sees while the operator aims."""
+
+    picture: ImageU8
+    """(h, w) grey or (h, w, 3) RGB, a few hundred pixels wide."""
+    cue: Cue
+
+
 @dataclass(frozen=True, slots=True)
 class Changed:
     """The walk's new state; comes after the events that led to it."""
@@ -90,5 +100,7 @@ class Changed:
 
 
 ShutterEvent = CameraReady | CameraTrouble | Saved | StorageTrouble
-LiveEvent = ShutterEvent | VerdictReady | AnalysisTrouble | Done | Refused | Doubted | Changed
+LiveEvent = (
+    ShutterEvent | VerdictReady | AnalysisTrouble | Done | Refused | Doubted | Previewed | Changed
+)
 Listener = Callable[[LiveEvent], None]

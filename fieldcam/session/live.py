@@ -18,8 +18,10 @@ from fieldcam.analysis.status import Status
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import FieldcamError
 from fieldcam.session import events
+from fieldcam.session.aiming import Aiming
 from fieldcam.session.book import WalkBook
 from fieldcam.session.doubt import Doubtful, NotNow
+from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.reading import Analysis, Readings
 from fieldcam.session.shutter import Shot, Shutter
 from fieldcam.session.state import CameraState
@@ -53,12 +55,23 @@ class LiveWalk:
         self._analysis = start_analysis(lambda status: self._inbox.put(_nothing))
         self._readings = Readings(self._view, self._analysis, self._inbox.put, listener)
         self._inbox.put(partial(self._readings.take_up, again=False))
+        file = PreviewFile(preview_folder(store.folder.path))
+        self._aiming = Aiming(file, self._analysis, listener)
         self._thread = threading.Thread(target=self._run, name="walk", daemon=True)
         self._thread.start()
-        self._shutter = Shutter(store, visit, open_camera, self._heard, deadline_s)
+        self._shutter = Shutter(
+            store, visit, open_camera, self._heard, self.shoot, self._aiming, deadline_s
+        )
+
+    def start_preview(self) -> None:
+        """Tell what the camera sees, once or twice a second, until told to stop."""
+        self._shutter.start_preview()
+
+    def stop_preview(self) -> None:
+        self._shutter.stop_preview()
 
     def shoot(self) -> None:
-        """Take the picture that is due."""
+        """Take the picture that is due; the camera's own shutter does the same."""
         self._order(self._fire)
 
     def second_view(self) -> None:
@@ -138,6 +151,7 @@ class LiveWalk:
 
     def _publish(self) -> None:
         state = self._view.state()
+        self._aiming.due = state.tag_id
         camera = CameraState.EXPOSING if self._in_flight else self._camera
         waiting = len(self._readings.unread())
         status = self._analysis.status

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from time import perf_counter
 from typing import Protocol
 
@@ -17,7 +18,7 @@ from fieldcam.store.captures import SavedCapture
 from fieldcam.store.readings import reading_row
 from fieldcam.store.resuming import Waiting, waiting_for_analysis
 from fieldcam.store.walk_rows import AnalysisFailure
-from fieldcam.values import ClusterReading, Expectation
+from fieldcam.values import ClusterReading, Expectation, TagPose
 
 TRIES = 2
 """A picture whose analysis failed this often is not tried again by itself."""
@@ -34,6 +35,8 @@ class Analysis(Protocol):
         urgent: bool = False,
         again: bool = False,
     ) -> Future[ClusterReading]: ...
+
+    def look(self, image: Path, shrunk: int) -> Future[tuple[TagPose, ...]]: ...
 
     @property
     def status(self) -> Status: ...

@@ -1,15 +1,22 @@
-"""The camera's thread: fires, saves, and says so; nothing else ever makes it wait."""
+"""The camera's thread: fires, saves, and says so; nothing else ever makes it wait.
+
+While somebody aims it looks through the camera now and then, and while the camera
+is lost it tries to open it again.
+"""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
-from queue import SimpleQueue
+from functools import partial
+from queue import Empty, SimpleQueue
 from time import perf_counter
 
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import FieldcamError
+from fieldcam.session.aiming import Aiming
 from fieldcam.session.events import CameraReady, CameraTrouble, Saved, ShutterEvent, StorageTrouble
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.clock import now
@@ -17,6 +24,9 @@ from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.values import Expectation
 
+PREVIEW_EVERY_S = 0.5
+PREVIEW_DEADLINE_S = 1.0
+REOPEN_EVERY_S = 2.0
 CLOSE_S = 5.0
 """How long closing waits for a picture that is being taken."""
 
@@ -39,37 +49,96 @@ class Shutter:
         visit: EntryId,
         open_camera: Callable[[], FlashStereoDevice],
         hear: Callable[[Shot | None, ShutterEvent], None],
+        pressed: Callable[[], None],
+        aiming: Aiming,
         deadline_s: float,
     ) -> None:
+        """`pressed` is called when the camera's own shutter is."""
         self._store, self._visit = store, visit
         self._open_camera, self._hear, self._deadline_s = open_camera, hear, deadline_s
+        self._pressed, self._aiming = pressed, aiming
         self._camera: FlashStereoDevice | None = None
-        self._shots: SimpleQueue[Shot | None] = SimpleQueue()
+        self._looking, self._complaint = False, ""
+        self._orders: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
         self._thread.start()
 
     def fire(self, shot: Shot) -> None:
         """Take it as soon as those before it are taken."""
-        self._shots.put(shot)
+        self._orders.put(partial(self._take, shot))
+
+    def start_preview(self) -> None:
+        """Look through the camera now and then, until told to stop."""
+        self._orders.put(self._start_looking)
+
+    def stop_preview(self) -> None:
+        self._orders.put(self._stop_looking)
 
     def close(self) -> None:
         """Take what was asked for, give the camera back and end."""
-        self._shots.put(None)
+        self._orders.put(None)
         self._thread.join(CLOSE_S)
 
     def _run(self) -> None:
-        self._ready()
-        while (shot := self._shots.get()) is not None:
-            self._take(shot)
-        self._let_go()
-
-    def _ready(self) -> None:
         try:
-            self._camera = self._open_camera()
+            self._open()
         except FieldcamError as error:
             self._hear(None, CameraTrouble(error))
-        else:
-            self._hear(None, CameraReady())
+        while (order := self._next()) is not None:
+            order()
+        self._stop_looking()
+        self._let_go()
+
+    def _next(self) -> Callable[[], None] | None:
+        """The next order; while there is none, what is done meanwhile."""
+        meanwhile, pause_s = self._meanwhile()
+        try:
+            return self._orders.get(timeout=pause_s)
+        except Empty:
+            return meanwhile
+
+    def _meanwhile(self) -> tuple[Callable[[], None], float | None]:
+        if self._camera is None:
+            return self._reopen, REOPEN_EVERY_S
+        return self._look, PREVIEW_EVERY_S if self._looking else None
+
+    def _open(self) -> FlashStereoDevice:
+        camera = self._open_camera()
+        camera.watch_shutter(self._pressed)
+        self._camera = camera
+        self._hear(None, CameraReady())
+        return camera
+
+    def _reopen(self) -> None:
+        with suppress(FieldcamError):
+            self._open()
+
+    def _start_looking(self) -> None:
+        self._looking = True
+        self._look()
+
+    def _stop_looking(self) -> None:
+        self._looking = False
+        self._aiming.stop()
+
+    def _look(self) -> None:
+        if self._camera is None:
+            return
+        try:
+            preview = self._camera.preview(PREVIEW_DEADLINE_S)
+        except FieldcamError as error:
+            self._let_go()
+            self._complain(error)
+            return
+        if preview is not None:
+            self._complaint = ""
+            self._aiming.show(preview)
+
+    def _complain(self, error: FieldcamError) -> None:
+        """Once for each trouble: a camera that opens and then fails does so every time."""
+        if error.message != self._complaint:
+            self._hear(None, CameraTrouble(error))
+        self._complaint = error.message
 
     def _take(self, shot: Shot) -> None:
         """A full disk is found out before the flash, while nothing can be lost."""
@@ -79,12 +148,13 @@ class Shutter:
             self._hear(shot, StorageTrouble(error))
             return
         try:
-            self._camera = self._camera or self._open_camera()
-            shutter, raw = now(), self._camera.capture(self._deadline_s)
+            camera = self._camera or self._open()
+            shutter, raw = now(), camera.capture(self._deadline_s)
         except FieldcamError as error:
             self._let_go()
             self._hear(shot, CameraTrouble(error))
             return
+        self._complaint = ""
         started = perf_counter()
         try:
             saved: SavedCapture = self._store.save(

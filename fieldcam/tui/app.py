@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import signal
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
+from functools import partial
 from typing import ClassVar
 
 from textual.app import App, SystemCommand
@@ -14,14 +15,18 @@ from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
 from fieldcam.session import events
+from fieldcam.session.automatic import Automatic, accepted_since
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
+from fieldcam.tui.aim_screen import AimScreen
 from fieldcam.tui.asking import AskYes
 from fieldcam.tui.help_screen import HelpScreen
+from fieldcam.tui.learning import LearnKey
 from fieldcam.tui.log_screen import LogScreen
 from fieldcam.tui.messages import Heard
 from fieldcam.tui.news import News, news
 from fieldcam.tui.page import Page
+from fieldcam.tui.remote import VARIABLE, shutter_keys
 from fieldcam.tui.route_screen import RouteScreen
 from fieldcam.tui.sound import Silence, Sound
 from fieldcam.tui.themes import DARK, LIGHT, OTHER
@@ -48,13 +53,19 @@ class FieldcamApp(App[None]):
         start: Callable[[events.Listener], Walk],
         sound: Sound | None = None,
         lines: Iterable[str] = (),
+        tricks: Mapping[str, Callable[[], str]] | None = None,
     ) -> None:
-        """`lines` are what the log begins with, such as what the start-up check found."""
+        """`lines` are what the log begins with, such as what the start-up check found.
+
+        `tricks` are more commands of the palette by their names; each says what it did.
+        """
         super().__init__()
         self._start = start
         self.sound: Sound = Silence() if sound is None else sound
         self.walk: Walk | None = None
         self.state: WalkState | None = None
+        self.automatic = Automatic()
+        self._tricks = tricks or {}
         self.log_lines: deque[str] = deque(lines, maxlen=LOG_LINES)
         for theme in (DARK, LIGHT):
             self.register_theme(theme)
@@ -65,6 +76,7 @@ class FieldcamApp(App[None]):
         for number in (signal.SIGTERM, signal.SIGHUP):
             # Textual would be killed by them and leave the terminal as it is.
             loop.add_signal_handler(number, self.exit)
+        self.set_keymap({"shoot": shutter_keys()})
         self.walk = self._start(self._hear)
         self.push_screen(WalkScreen(self.walk))
 
@@ -74,11 +86,23 @@ class FieldcamApp(App[None]):
             self._show(event.state)
         elif isinstance(event, events.Doubted):
             self._ask(event)
+        elif isinstance(event, events.Previewed):
+            if isinstance(self.screen, AimScreen):
+                self.screen.look(event)
         elif (told := news(event)) is not None:
             self._tell(told)
+        if isinstance(event, events.Saved | events.StorageTrouble):
+            self._leave_aim()
 
     def action_route(self) -> None:
         self._open(RouteScreen)
+
+    def action_aim(self) -> None:
+        if not isinstance(self.screen, AimScreen):
+            self._open(lambda walk, state: AimScreen(walk, state, self.automatic))
+
+    def action_learn_key(self) -> None:
+        self.push_screen(LearnKey(), self._learned)
 
     def action_log(self) -> None:
         self._open(lambda walk, state: LogScreen(walk, state, self.log_lines))
@@ -97,6 +121,12 @@ class FieldcamApp(App[None]):
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         yield SystemCommand("Route", "Trees and clusters; go to any", self.action_route)
+        yield SystemCommand("Aim", "What the camera sees", self.action_aim)
+        learn = "A button of yours takes the picture"
+        yield SystemCommand("Learn a remote's key", learn, self.action_learn_key)
+        for name, trick in self._tricks.items():
+            told = partial(self._play, trick)
+            yield SystemCommand(name, "Of a camera without hardware", told)
         yield SystemCommand("Log", "What happened on this walk", self.action_log)
         yield SystemCommand("Help", "All keys", self.action_help)
         yield SystemCommand("Day or night", "The other colours", self.action_switch_theme)
@@ -109,15 +139,30 @@ class FieldcamApp(App[None]):
         self.post_message(Heard(event))
 
     def _open(self, make: Callable[[Walk, WalkState | None], Page]) -> None:
-        """Only over the Walk screen, to which Escape goes back."""
-        if self.walk is not None and isinstance(self.screen, WalkScreen):
+        """Only over the Walk and Aim screens, to which Escape goes back."""
+        if self.walk is not None and isinstance(self.screen, WalkScreen | AimScreen):
             self.push_screen(make(self.walk, self.state))
 
+    def _leave_aim(self) -> None:
+        """What came of the picture is on the Walk screen."""
+        if isinstance(self.screen, AimScreen):
+            self.pop_screen()
+
+    def _learned(self, key: str | None) -> None:
+        if key is not None:
+            self.set_keymap({"shoot": shutter_keys(key)})
+            self._tell(News(f"{key} takes the picture now. {VARIABLE}={key} keeps it."))
+
+    def _play(self, trick: Callable[[], str]) -> None:
+        self._tell(News(trick()))
+
     def _show(self, state: WalkState) -> None:
-        self.state = state
+        before, self.state = self.state, state
         for screen in self.screen_stack:
             if isinstance(screen, Page) and screen.is_mounted:
                 screen.show(state)
+        if self.automatic.on and before is not None and accepted_since(before, state):
+            self.action_aim()
 
     def _ask(self, doubt: events.Doubted) -> None:
         def answered(yes: bool | None) -> None:

@@ -36,13 +36,19 @@ class BigButton(Button, can_focus=False):
     """Never takes the focus, so that Space and Enter stay the walk's own keys."""
 
 
+def big_button(key: Key) -> BigButton:
+    """Found as `#do-ACTION`."""
+    button = BigButton(key.label, id=f"do-{key.action}", action=f"screen.{key.action}")
+    button.add_class(f"-{key.tone}")
+    return button
+
+
 class BigButtons(Horizontal):
     """One of the two rows of buttons is there at a time."""
 
     def compose(self) -> ComposeResult:
         for key in ALL:
-            button = BigButton(key.label, id=f"do-{key.action}", action=f"screen.{key.action}")
-            yield button.add_class(f"-{key.tone}")
+            yield big_button(key)
 
     def show(self, question: bool) -> None:
         shown = QUESTION if question else USUAL

@@ -35,6 +35,8 @@ def news(event: events.LiveEvent) -> News | None:
             return News(f"Tag {tag_id}: {verdict.status.upper()} ({took}).", tune=tune)
         case events.AnalysisTrouble(_, tag_id, error):
             return News(f"Tag {tag_id}: {error}", bad=True, tune=Tune.BAD)
+        case events.CameraReady():
+            return News("The camera is ready.")
         case events.CameraTrouble(error):
             return News(f"No picture: {error}", bad=True, tune=Tune.BAD)
         case events.StorageTrouble(error):

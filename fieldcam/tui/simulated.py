@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 from datetime import date, timedelta
 from functools import partial
 from pathlib import Path
 
 from fieldcam.analysis.requests import Setup
-from fieldcam.analysis.status import Limits
-from fieldcam.analysis.supervisor import Supervisor
-from fieldcam.camera.simulated import AimedCamera, OrchardProcess, SimulatedRow
-from fieldcam.session.events import Changed, Listener, LiveEvent
+from fieldcam.camera.aimed import AimedCamera, Mishap
+from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedRow
+from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.folder import DataKind, data_path
 from fieldcam.store.orchard_rows import Block, Cluster
@@ -22,12 +21,9 @@ from fieldcam.store.startup import startup_check
 from fieldcam.store.store import Store, open_store
 from fieldcam.store.walks import walk_route
 from fieldcam.tui.app import FieldcamApp
+from fieldcam.tui.hand_aimed import start_walk, tricks
 from fieldcam.tui.sound import VARIABLE, chosen_sound
 
-RENDER_DEADLINE_S = 120.0
-"""Rendering takes seconds, more on a busy machine; a real camera has no such excuse."""
-LIMITS = Limits(pair_s=30.0)
-"""Rendering takes the cores that the analysis has to itself in the field."""
 CLUSTERS_PER_TREE = 2
 
 
@@ -43,12 +39,18 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
         day, visit = _visit(store, block, orchard.row.first_day, days)
         setup = Setup(orchard.row.calibration, data=data_path(data))
         log = path / "logs" / "analysis.log"
-        run(partial(_start, store, visit, AimedCamera(orchard, day), setup, log), found)
+        camera = AimedCamera(OrchardDay(orchard, day))
+        start = partial(start_walk, store, visit, camera, setup, log)
+        run(start, found, tricks(camera, Mishap))
 
 
-def run(start: Callable[[Listener], LiveWalk], lines: Sequence[str]) -> None:
+def run(
+    start: Callable[[Listener], LiveWalk],
+    lines: Sequence[str],
+    tricks: Mapping[str, Callable[[], str]] | None = None,
+) -> None:
     """Run the app; whatever way it ends, the walk ends after it."""
-    app = FieldcamApp(start, lines=lines)
+    app = FieldcamApp(start, lines=lines, tricks=tricks)
     app.sound = chosen_sound(os.environ.get(VARIABLE, ""), app.bell)
     try:
         app.run()
@@ -57,29 +59,6 @@ def run(start: Callable[[Listener], LiveWalk], lines: Sequence[str]) -> None:
             app.walk.close()
     if app.return_code:
         raise RuntimeError("The screen ended in the middle.")
-
-
-def _start(
-    store: Store,
-    visit: EntryId,
-    camera: AimedCamera,
-    setup: Setup,
-    log: Path,
-    listener: Listener,
-) -> LiveWalk:
-    def aim_and_tell(event: LiveEvent) -> None:
-        if isinstance(event, Changed):
-            camera.aim(event.state.tag_id)
-        listener(event)
-
-    return LiveWalk(
-        store,
-        visit,
-        lambda: camera,
-        lambda changed: Supervisor(setup, log, changed, LIMITS),
-        aim_and_tell,
-        RENDER_DEADLINE_S,
-    )
 
 
 def _block(store: Store, seed: int, row: SimulatedRow) -> EntryId:

@@ -19,6 +19,7 @@ from fieldcam.tui.lights_view import LightsView
 from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 from fieldcam.tui.picture_view import PictureView
+from fieldcam.tui.remote import SHOOT
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.telling import banner, counted, not_saved, progress
 
@@ -29,12 +30,13 @@ class WalkScreen(Page):
     CSS_PATH = "walk_screen.tcss"
     TITLE = "Walk"
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("space", "shoot", "Capture", show=False, priority=True),
+        SHOOT,
+        Binding("a", "app.aim", "Aim"),
         Binding("enter", "accept", "Accept", show=False),
         Binding("r,backspace", "retake", "Retake", show=False),
         Binding("s", "second_view", "2nd view"),
         Binding("f", "fallen", "Fallen", show=False),
-        Binding("h", "hidden", "Hidden"),
+        Binding("h", "hidden", "Hidden", show=False),
         Binding("t", "correct_tag", "Tag"),
         Binding("c", "other_target", "Target"),
         Binding("x", "strike", "Strike"),

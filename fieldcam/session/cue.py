@@ -1,0 +1,76 @@
+"""What tells the operator that the camera is aimed right; pure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from math import dist
+
+from fieldcam.values import FARTHEST_MM, NEAREST_MM, TagPose
+
+MOST_MOVED_MM = 8.0
+"""Between two previews, half a second apart: the flash itself freezes far more."""
+
+
+class Zone(StrEnum):
+    """Where the tag is against the working range."""
+
+    NEAR = "near"
+    GOOD = "good"
+    FAR = "far"
+
+
+@dataclass(frozen=True, slots=True)
+class Cue:
+    """One look at the scene."""
+
+    due: int | None
+    """The tag of the cluster where the operator stands."""
+    read: tuple[int, ...] = ()
+    """All tags in view."""
+    pose: TagPose | None = None
+    """Of the due tag, in the preview's pixels; None unless it is in view once."""
+    moved_mm: float | None = None
+    """Since the look before; None where one of the two lacks the tag or its range."""
+    flash_ready: bool = False
+    problem: str = ""
+    """Why it is not known which tags are in view; empty where it is."""
+
+    @property
+    def range_mm(self) -> float | None:
+        return None if self.pose is None else self.pose.range_mm
+
+    @property
+    def zone(self) -> Zone | None:
+        if self.range_mm is None:
+            return None
+        if self.range_mm < NEAREST_MM:
+            return Zone.NEAR
+        return Zone.FAR if self.range_mm > FARTHEST_MM else Zone.GOOD
+
+    @property
+    def still(self) -> bool | None:
+        return None if self.moved_mm is None else self.moved_mm <= MOST_MOVED_MM
+
+    @property
+    def ready(self) -> bool:
+        """Tag, range, stillness and flash are right."""
+        return self.zone is Zone.GOOD and self.still is True and self.flash_ready
+
+
+def cue_of(due: int | None, tags: Sequence[TagPose], before: Cue | None, flash_ready: bool) -> Cue:
+    """The cue of the tags in view; `before` is that of the look before."""
+    poses = [tag for tag in tags if tag.id == due]
+    pose = poses[0] if len(poses) == 1 else None
+    last = before.pose if before is not None and before.due == due else None
+    read = tuple(sorted(tag.id for tag in tags))
+    return Cue(due, read, pose, _moved_mm(last, pose), flash_ready)
+
+
+def _moved_mm(last: TagPose | None, pose: TagPose | None) -> float | None:
+    if last is None or last.translation_mm is None:
+        return None
+    if pose is None or pose.translation_mm is None:
+        return None
+    return dist(last.translation_mm, pose.translation_mm)

@@ -1,0 +1,129 @@
+"""The Aim screen: what the camera sees, and what to do until the picture can be taken."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.events import ScreenResume, ScreenSuspend
+from textual.widgets import Static
+
+from fieldcam.session.automatic import Automatic
+from fieldcam.session.commands import Walk
+from fieldcam.session.cue import Cue
+from fieldcam.session.events import Previewed
+from fieldcam.session.state import WalkState
+from fieldcam.tui.aim_telling import CueLine, aim_banner, automatic_line, cue_lines
+from fieldcam.tui.banner_view import BannerView
+from fieldcam.tui.buttons import CAPTURE, Key, big_button
+from fieldcam.tui.lights_view import WORDS
+from fieldcam.tui.news import News
+from fieldcam.tui.page import Page
+from fieldcam.tui.preview_view import PreviewView
+from fieldcam.tui.range_view import RangeView
+from fieldcam.tui.remote import SHOOT
+from fieldcam.tui.telling import Tone, progress
+
+AUTOMATIC = Key("AUTOMATIC  V", "automatic", Tone.ASK)
+TO_WALK = Key("WALK  Escape", "walk", Tone.PLAIN)
+COLOURS = {True: "success", False: "error", None: "foreground"}
+
+
+class AimScreen(Page):
+    """Looks through the camera as long as nothing covers it."""
+
+    CSS_PATH = "aim_screen.tcss"
+    TITLE = "Aim"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        SHOOT,
+        Binding("v", "automatic", "Automatic"),
+        Binding("left", "step(-1)", "Previous tag", show=False),
+        Binding("right", "step(1)", "Next tag", show=False),
+        Binding("k", "skip", "Skip"),
+        Binding("u", "undo", "Undo"),
+        Binding("escape,a", "walk", "Back to the walk"),
+    ]
+
+    def __init__(self, walk: Walk, state: WalkState | None, automatic: Automatic) -> None:
+        super().__init__(walk, state)
+        self._state, self._automatic = state, automatic
+        self._cue: Cue | None = None
+
+    def body(self) -> ComposeResult:
+        with Horizontal(id="sight"):
+            yield PreviewView(id="preview")
+            with Vertical(id="cue"):
+                yield BannerView(id="next")
+                yield RangeView(id="range")
+                yield Static(id="cues", markup=False)
+                yield Static(id="automatic", markup=False)
+        yield Static(id="heard", markup=False)
+        yield Static(id="progress", markup=False)
+        with Horizontal(id="keys"):
+            yield from map(big_button, (CAPTURE, AUTOMATIC, TO_WALK))
+
+    def on_screen_resume(self, event: ScreenResume) -> None:
+        self.walk.start_preview()
+
+    def on_screen_suspend(self, event: ScreenSuspend) -> None:
+        self.walk.stop_preview()
+
+    def show(self, state: WalkState) -> None:
+        super().show(state)
+        if self._state is None or state.tag_id != self._state.tag_id:
+            self.query_one("#heard", Static).update("")
+        self._state = state
+        self.query_one("#progress", Static).update(progress(state))
+        self._write(state)
+
+    def look(self, event: Previewed) -> None:
+        """A new preview; fires where everything is right and it is to be done by itself."""
+        if self._state is None:
+            return
+        self._cue = event.cue
+        self.query_one(PreviewView).show(event.picture)
+        self._write(self._state)
+        if self._automatic.pull(event.cue, self._state):
+            self.walk.shoot()
+
+    def hear(self, told: News) -> None:
+        heard = self.query_one("#heard", Static)
+        heard.update(told.sentence)
+        heard.set_class(told.bad, "-bad")
+
+    def action_shoot(self) -> None:
+        self.walk.shoot()
+
+    def action_automatic(self) -> None:
+        self._automatic.switch()
+        if self._state is not None:
+            self._write(self._state)
+
+    def action_step(self, by: int) -> None:
+        self.walk.step(by)
+
+    def action_skip(self) -> None:
+        self.walk.skip()
+
+    def action_undo(self) -> None:
+        self.walk.undo()
+
+    def action_walk(self) -> None:
+        self.app.pop_screen()
+
+    def _write(self, state: WalkState) -> None:
+        cue = self._cue if self._cue is not None and self._cue.due == state.tag_id else None
+        self.query_one(BannerView).show(aim_banner(state, cue, self._automatic), "")
+        self.query_one(RangeView).show(None if cue is None else cue.range_mm)
+        self.query_one("#cues", Static).update(Text("\n").join(map(self._line, cue_lines(cue))))
+        automatic = self.query_one("#automatic", Static)
+        automatic.update(automatic_line(state, self._automatic))
+        automatic.set_class(self._automatic.on, "-on")
+
+    def _line(self, line: CueLine) -> Text:
+        colour = self.app.theme_variables[COLOURS[line.good]]
+        word = WORDS[line.good]
+        return Text(f"{line.name:6} {line.found:22} ").append(word, f"bold {colour}")
