@@ -1,69 +1,72 @@
-"""A folder of captures behind the camera's port: recorded pairs come out in their order."""
+"""The pairs of a recorded folder, for a camera that is aimed at their tags."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
-from types import TracebackType
-from typing import Self
 
-from fieldcam.errors import CameraUnplugged
+from fieldcam.camera.aimed import Wanted
+from fieldcam.camera.beside import PictureProcess
 from fieldcam.exchange.capture_folder import CaptureFile
 from fieldcam.values import Calibration, PixelFormat, RawPair
 
+SERIALS = ("replay-left", "replay-right")
 
-class ReplayCamera:
-    """Gives recorded pairs one after the other; unplugged when they are used up.
 
-    The pairs count as rectified when `calibration` describes rectified images.
-    """
+class ReplayProcess(PictureProcess):
+    """Decodes recorded pairs beside the app."""
 
-    def __init__(self, captures: Sequence[CaptureFile], calibration: Calibration | None) -> None:
-        self._captures = tuple(captures)
-        self._calibration = calibration
-        self._taken = 0
+    def __init__(self) -> None:
+        super().__init__(_prepare)
+        self.about(bool)
+
+
+class RecordedDay:
+    """What an aimed camera takes on one recorded day; after the last view the first comes again."""
+
+    def __init__(self, process: PictureProcess, captures: Sequence[CaptureFile]) -> None:
+        """`captures` are those of the day, by tag and view."""
+        self._process = process
+        self._views: dict[int, list[CaptureFile]] = {}
+        for capture in captures:
+            self._views.setdefault(capture.tag_id, []).append(capture)
 
     @property
     def serials(self) -> tuple[str, str]:
-        return "replay-left", "replay-right"
+        return SERIALS
 
     @property
     def calibration(self) -> Calibration | None:
-        return self._calibration
+        """The recording's own file describes the camera; only the analysis reads it."""
+        return None
 
-    def capture(self, deadline_s: float) -> RawPair:
-        """The next recorded pair; reading it does not wait, so the deadline is always kept."""
-        # Loads OpenCV, which the process that owns the camera must not do by importing this.
-        from fieldcam.exchange.images import read_pair
+    @property
+    def tag_ids(self) -> tuple[int, ...]:
+        return tuple(self._views)
 
-        if self._taken >= len(self._captures):
-            raise CameraUnplugged("The recording is over: all its pairs were replayed.")
-        recorded = self._captures[self._taken]
-        self._taken += 1
-        left, right = read_pair(recorded.left, recorded.right)
-        modified = datetime.fromtimestamp(recorded.left.stat().st_mtime, UTC)
-        return RawPair(
-            left=left,
-            right=right,
-            pixel_format=PixelFormat.RGB8,
-            taken_at=modified,
-            left_timestamp_ns=0,
-            right_timestamp_ns=0,
-            left_serial=self.serials[0],
-            right_serial=self.serials[1],
-            trigger_ordinal=self._taken,
-        )
+    def make(self, wanted: Wanted) -> RawPair:
+        views = self._views[wanted.tag_id]
+        return self._process.picture(views[wanted.view % len(views)])
 
-    def close(self) -> None:
-        self._taken = len(self._captures)
 
-    def __enter__(self) -> Self:
-        return self
+def _prepare() -> tuple[bool, Callable[[CaptureFile], RawPair]]:
+    return True, read_recorded
 
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
+
+def read_recorded(capture: CaptureFile) -> RawPair:
+    """The pair of two image files; loads OpenCV, which the app's own process must not."""
+    from fieldcam.exchange.images import read_pair
+
+    left, right = read_pair(capture.left, capture.right)
+    modified = datetime.fromtimestamp(capture.left.stat().st_mtime, UTC)
+    return RawPair(
+        left=left,
+        right=right,
+        pixel_format=PixelFormat.RGB8,
+        taken_at=modified if capture.taken_at is None else capture.taken_at.astimezone(),
+        left_timestamp_ns=0,
+        right_timestamp_ns=0,
+        left_serial=SERIALS[0],
+        right_serial=SERIALS[1],
+        trigger_ordinal=capture.view,
+    )

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, count, positive_count
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import checked_models
+from fieldcam.errors import BadInput
 from fieldcam.values import Calibration, Settings, Status
 
 if TYPE_CHECKING:
@@ -50,10 +51,16 @@ def register(commands: Subparsers[Parser]) -> None:
     demo.add_argument("--clusters", type=positive_count, default=4, metavar="N", help="of the row")
     demo.add_argument("--days", type=_days, default=(0, 2, 4), metavar="0,2,4", help="when")
     demo.add_argument("--seed", type=count, default=1, metavar="N", help="which orchard")
+    demo.add_argument(
+        "--replay", type=Path, metavar="DIR", help="walk a folder of captures in the app instead"
+    )
     add_json(demo)
 
 
 def _demo(arguments: argparse.Namespace) -> None:
+    if arguments.replay is not None:
+        _replay(arguments)
+        return
     if not (arguments.headless or arguments.json) and _at_a_terminal():
         from fieldcam.tui.simulated import walk_simulated_row
 
@@ -78,6 +85,15 @@ def _demo(arguments: argparse.Namespace) -> None:
         emit_json({**note, "captures": entries, "summary": figures})
     else:
         emit("\n".join([*_summary_lines(figures), "", SIMULATED, models.honesty]))
+
+
+def _replay(arguments: argparse.Namespace) -> None:
+    from fieldcam.tui.replayed import walk_recorded_folder
+
+    if arguments.headless or arguments.json or not _at_a_terminal():
+        raise BadInput("--replay needs a terminal.", "`fieldcam import` reads a folder without.")
+    checked_models(arguments.data)
+    walk_recorded_folder(arguments.data, arguments.replay)
 
 
 def _at_a_terminal() -> bool:
