@@ -197,7 +197,7 @@ def aimed(tmp_path: Path) -> Aimed:
 def test_a_busy_analysis_does_not_hold_up_the_picture(aimed: Aimed) -> None:
     for _ in range(3):
         aimed.aiming.show(PREVIEW)
-    assert [told.cue.problem for told in aimed.told] == ["The analysis is busy with a picture."] * 2
+    assert [told.cue.problem for told in aimed.told] == ["The analysis is busy."] * 2
     aimed.analysis.glances[0].set_result((tag(11),))
     assert aimed.told[-1].cue.read == (11,)
     assert len(aimed.analysis.looked) == 1

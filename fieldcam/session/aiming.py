@@ -16,7 +16,7 @@ from fieldcam.session.events import Listener, Previewed
 from fieldcam.session.preview_file import PreviewFile
 from fieldcam.values import TagPose
 
-BUSY = "The analysis is busy with a picture."
+BUSY = "The analysis is busy."
 
 
 class Looker(Protocol):

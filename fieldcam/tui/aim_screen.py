@@ -15,7 +15,7 @@ from fieldcam.session.automatic import Automatic
 from fieldcam.session.commands import Walk
 from fieldcam.session.cue import Cue
 from fieldcam.session.events import Previewed
-from fieldcam.session.state import WalkState
+from fieldcam.session.state import CameraState, WalkState
 from fieldcam.tui.aim_telling import CueLine, aim_banner, automatic_line, cue_lines
 from fieldcam.tui.banner_view import BannerView
 from fieldcam.tui.buttons import CAPTURE, Key, big_button
@@ -73,8 +73,13 @@ class AimScreen(Page):
 
     def show(self, state: WalkState) -> None:
         super().show(state)
-        if self._state is None or state.tag_id != self._state.tag_id:
+        moved_on = self._state is None or state.tag_id != self._state.tag_id
+        if moved_on:
             self.query_one("#heard", Static).update("")
+        if moved_on or state.camera is CameraState.LOST:
+            # An old picture must not look like a live one.
+            self._cue = None
+            self.query_one(PreviewView).show(None)
         self._state = state
         self.query_one("#progress", Static).update(progress(state))
         self._write(state)
