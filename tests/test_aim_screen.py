@@ -105,7 +105,7 @@ def test_the_camera_is_looked_through_only_while_the_screen_is_on_top() -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(AIM)
         for key, looking in {
-            "a": 1, "question_mark": 0, "x": 1, "o": 0, "escape": 1, "v": 1,
+            "a": 1, "question_mark": 0, "x": 1, "o": 0, "escape": 1, "g": 1,
         }.items():  # fmt: skip
             await driven.press(key)
             assert driven.walk.previews == looking, key
@@ -167,12 +167,12 @@ def test_it_fires_by_itself_when_that_is_switched_on() -> None:
         assert "Automatic off" in driven.text
         await driven.tell(*[seen(GOOD)] * 3)
         assert not driven.walk.asked
-        await driven.press("v")
+        await driven.press("g")
         assert "Automatic ON: fires when all is good." in driven.text
         await driven.tell(*[seen(GOOD)] * 5)
         assert driven.walk.asked == [("shoot",)]
         assert "Automatic ON, but this one was taken: Space." in driven.text
-        await driven.press("v")
+        await driven.press("g")
         assert "Automatic off" in driven.text
 
     drive(SMALL, script)
@@ -181,7 +181,7 @@ def test_it_fires_by_itself_when_that_is_switched_on() -> None:
 def test_nothing_fires_behind_another_screen() -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(AIM)
-        await driven.press("a", "v", "question_mark")
+        await driven.press("a", "g", "question_mark")
         await driven.tell(*[seen(GOOD)] * 5)
 
     assert not drive(SMALL, script).walk.asked
@@ -228,7 +228,7 @@ def test_after_an_acceptance_automatic_aiming_goes_on(tmp_path: Path, automatic:
     async def script(driven: Driven) -> None:
         await driven.tell(AIM)
         if automatic:
-            await driven.press("a", "v", "escape")
+            await driven.press("a", "g", "escape")
         await driven.tell(verdict(tmp_path, Status.ACCEPT), following)
         assert isinstance(driven.app.screen, AimScreen if automatic else WalkScreen)
         assert driven.walk.previews == automatic
@@ -241,7 +241,7 @@ def test_a_cluster_with_a_picture_is_aimed_at_without_firing(tmp_path: Path) -> 
 
     async def script(driven: Driven) -> None:
         await driven.tell(state)
-        await driven.press("a", "v")
+        await driven.press("a", "g")
         await driven.tell(*[seen(GOOD)] * 4)
         assert "this one was taken" in driven.text
 

@@ -27,7 +27,7 @@ from fieldcam.tui.range_view import RangeView
 from fieldcam.tui.remote import SHOOT
 from fieldcam.tui.telling import Tone, progress
 
-AUTOMATIC = Key("AUTOMATIC  V", "automatic", Tone.ASK)
+AUTOMATIC = Key("AUTOMATIC  G", "automatic", Tone.ASK)
 TO_WALK = Key("WALK  Escape", "walk", Tone.PLAIN)
 COLOURS = {True: "success", False: "error", None: "foreground"}
 
@@ -39,12 +39,12 @@ class AimScreen(Page):
     TITLE = "Aim"
     BINDINGS: ClassVar[list[BindingType]] = [
         SHOOT,
-        Binding("v", "automatic", "Automatic"),
+        Binding("g", "automatic", "Automatic"),
         Binding("left", "step(-1)", "Previous tag", show=False),
         Binding("right", "step(1)", "Next tag", show=False),
-        Binding("k", "skip", "Skip"),
-        Binding("u", "undo", "Undo"),
-        Binding("escape,a", "walk", "Back to the walk"),
+        Binding("k", "skip", "Skip", show=False),
+        Binding("u", "undo", "Undo", show=False),
+        Binding("escape,a", "walk", "Walk"),
     ]
 
     def __init__(self, walk: Walk, state: WalkState | None, automatic: Automatic) -> None:

@@ -17,7 +17,7 @@ X       strike a false fruitlet  N       write a note
 K       skip this cluster        U       undo the last decision
 left, right   another tag        up, down   another fruitlet
 
-A       aim; Space or a remote's key fires there too, V by itself
+A       aim; Space or a remote's key fires there too, G by itself
 O       route     L   log     D   day or night colours
 Ctrl+P  all commands              Q   end the walk
 

@@ -21,8 +21,6 @@ from fieldcam.tui.picture import still
 from fieldcam.values import ImageU8
 
 HALF = "▀"
-PIXELS_A_CELL = 1 if os.environ.get("TERM") == "linux" else 2
-"""Its console has no half blocks."""
 
 
 class PictureView(Widget):
@@ -37,6 +35,7 @@ class PictureView(Widget):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
+        self._halves = 1 if os.environ.get("TERM") == "linux" else 2
         self._shown: Shown | None = None
         self._strips: list[Strip] = []
 
@@ -63,7 +62,7 @@ class PictureView(Widget):
             self._strips = []
             self.refresh()
             return
-        self._draw(self._shown, (width, height * PIXELS_A_CELL))
+        self._draw(self._shown, (width, height * self._halves))
 
     @work(thread=True, exclusive=True, group="picture", exit_on_error=False)
     def _draw(self, shown: Shown, size: tuple[int, int]) -> None:
@@ -73,14 +72,9 @@ class PictureView(Widget):
             # The numbers stay on the screen; the start-up check names missing files.
             strips: list[Strip] = []
         else:
-            strips = cells(small)
+            strips = half_blocks(small) if self._halves == 2 else full_cells(small)
         if not get_current_worker().is_cancelled:
             self.post_message(self.Drawn(strips))
-
-
-def cells(small: ImageU8) -> list[Strip]:
-    """A picture whose height is PIXELS_A_CELL for each row."""
-    return half_blocks(small) if PIXELS_A_CELL == 2 else full_cells(small)
 
 
 def half_blocks(small: ImageU8) -> list[Strip]:

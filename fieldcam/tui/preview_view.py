@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 from textual.strip import Strip
 from textual.widget import Widget
 
 from fieldcam.tui.picture import frame_of, shrink
-from fieldcam.tui.picture_view import PIXELS_A_CELL, cells
+from fieldcam.tui.picture_view import full_cells, half_blocks
 from fieldcam.values import ImageU8
 
 
@@ -16,6 +18,7 @@ class PreviewView(Widget):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
+        self._halves = 1 if os.environ.get("TERM") == "linux" else 2
         self._picture: ImageU8 | None = None
         self._strips: list[Strip] = []
 
@@ -38,7 +41,8 @@ class PreviewView(Widget):
         if self._picture is not None and width and height:
             picture = self._picture
             colours = picture if picture.ndim == 3 else np.repeat(picture[..., None], 3, axis=2)
-            size = (width, height * PIXELS_A_CELL)
+            size = (width, height * self._halves)
             frame = frame_of(None, (picture.shape[1], picture.shape[0]), size)
-            self._strips = cells(shrink(colours, frame, size))
+            small = shrink(colours, frame, size)
+            self._strips = half_blocks(small) if self._halves == 2 else full_cells(small)
         self.refresh()
