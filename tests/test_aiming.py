@@ -129,6 +129,7 @@ def test_trouble_in_the_middle_of_a_picture_loses_nothing(
         patch.setattr(walk.camera, "capture", fail)
         trouble, state = walk.after(walk.live.shoot, CameraTrouble)
     assert trouble.error is TROUBLES[name]
+    assert walk.heard.next(CameraReady).missed
     assert state.shown is not None and state.shown.living == 5
     walk.shoot(read(11))
     assert len(visit_captures(walk.store.database, walk.visit)) == 2

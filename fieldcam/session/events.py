@@ -16,6 +16,9 @@ from fieldcam.values import ImageU8, Verdict
 class CameraReady:
     """The camera was opened."""
 
+    missed: bool = False
+    """A picture was asked for before, and not taken."""
+
 
 @dataclass(frozen=True, slots=True)
 class CameraTrouble:

@@ -58,7 +58,7 @@ class Shutter:
         self._open_camera, self._hear, self._deadline_s = open_camera, hear, deadline_s
         self._pressed, self._aiming = pressed, aiming
         self._camera: FlashStereoDevice | None = None
-        self._looking, self._complaint = False, ""
+        self._looking, self._complaint, self._missed = False, "", False
         self._orders: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
         self._thread.start()
@@ -106,7 +106,8 @@ class Shutter:
         camera = self._open_camera()
         camera.watch_shutter(self._pressed)
         self._camera = camera
-        self._hear(None, CameraReady())
+        self._hear(None, CameraReady(self._missed))
+        self._missed = False
         return camera
 
     def _reopen(self) -> None:
@@ -152,6 +153,7 @@ class Shutter:
             shutter, raw = now(), camera.capture(self._deadline_s)
         except FieldcamError as error:
             self._let_go()
+            self._missed = True
             self._hear(shot, CameraTrouble(error))
             return
         self._complaint = ""

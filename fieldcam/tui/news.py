@@ -35,8 +35,9 @@ def news(event: events.LiveEvent) -> News | None:
             return News(f"Tag {tag_id}: {verdict.status.upper()} ({took}).", tune=tune)
         case events.AnalysisTrouble(_, tag_id, error):
             return News(f"Tag {tag_id}: {error}", bad=True, tune=Tune.BAD)
-        case events.CameraReady():
-            return News("The camera is ready.")
+        case events.CameraReady(missed):
+            last = " The last picture was not taken." if missed else ""
+            return News(f"The camera is ready.{last}")
         case events.CameraTrouble(error):
             return News(f"No picture: {error}", bad=True, tune=Tune.BAD)
         case events.StorageTrouble(error):
