@@ -16,6 +16,7 @@ from fieldcam.camera.aimed import OF_THE_CABLE, SHRUNK, AimedCamera, Mishap, Wan
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedVisit
 from fieldcam.errors import CameraUnplugged, CaptureTimeout, ImageUnreadable
 from fieldcam.simulator import Block, Fault
+from fieldcam.tui.hand_aimed import tricks
 from fieldcam.values import Calibration, RawPair
 
 PATIENCE_S = 10.0
@@ -166,6 +167,21 @@ def test_its_own_shutter_can_be_pressed(camera: AimedCamera) -> None:
     camera.watch_shutter(lambda: heard.append("pressed"))
     camera.press()
     assert heard == ["pressed"]
+
+
+def test_each_mishap_is_a_command_of_the_palette(camera: AimedCamera) -> None:
+    commands = tricks(camera, Mishap)
+    assert len(commands) == len(Mishap) + 2
+    pressed: list[str] = []
+    camera.watch_shutter(lambda: pressed.append("pressed"))
+    for name, command in commands.items():
+        assert name.startswith("Camera: ") and command().endswith(".")
+    assert pressed == ["pressed"]
+    commands["Camera: unplug it"]()
+    with pytest.raises(CameraUnplugged):
+        camera.preview(1)
+    commands["Camera: plug it in"]()
+    assert camera.capture(PATIENCE_S).simulated
 
 
 def test_a_closed_camera_takes_no_pictures(camera: AimedCamera) -> None:

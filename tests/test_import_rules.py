@@ -35,13 +35,20 @@ APP = (
     "fieldcam.store.captures",
     "fieldcam.store.store",
     "fieldcam.store.startup",
+    "fieldcam.camera.aimed",
+    "fieldcam.camera.beside",
     "fieldcam.camera.port",
     "fieldcam.camera.replay",
     "fieldcam.camera.simulated",
     "fieldcam.analysis",
 )
 """What the app's own process loads."""
-SCREENS = ("fieldcam.tui.app", "fieldcam.tui.simulated", "fieldcam.cli.demo")
+SCREENS = (
+    "fieldcam.tui.app",
+    "fieldcam.tui.simulated",
+    "fieldcam.tui.replayed",
+    "fieldcam.cli.demo",
+)
 HEAVY = ("cv2", "onnxruntime", "pupil_apriltags", "scipy", "networkx", "textual", "embreex")
 
 

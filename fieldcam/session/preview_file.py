@@ -3,7 +3,7 @@
 `preview.pnm` is the picture as binary PGM or PPM, `preview.json` what is known of
 it: `at` (UTC), `due`, `read`, `range_mm`, `zone`, `moved_mm`, `still`,
 `flash_ready`, `ready`, `problem`. Each is renamed into place, the picture first.
-Both are gone while nobody aims.
+Both are gone while nobody aims; what a crash leaves behind is old by its `at`.
 """
 
 from __future__ import annotations
