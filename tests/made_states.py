@@ -13,6 +13,7 @@ from fieldcam.session.state import Shown, WalkState
 from fieldcam.store.history import CaptureRecord, FruitletSeen, ReadingSummary
 from fieldcam.store.judgement_rows import Action
 from fieldcam.store.raw_images import encode_raw
+from fieldcam.store.rows import EntryId
 from fieldcam.store.walks import ClusterState, Progress, Stop, WalkRoute
 from fieldcam.values import ClusterReading, PixelFormat, ReasonCode, Status
 
@@ -132,6 +133,12 @@ class NotedWalk:
 
     def strike(self, fruitlet: int) -> None:
         self.asked.append(("strike", fruitlet))
+
+    def king(self, capture: EntryId, fruitlet: int) -> None:
+        self.asked.append(("king", capture, fruitlet))
+
+    def add_by_hand(self, capture: EntryId, diameter_mm: float) -> None:
+        self.asked.append(("add_by_hand", capture, diameter_mm))
 
     def note(self, text: str) -> None:
         self.asked.append(("note", text))

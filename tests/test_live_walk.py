@@ -26,6 +26,7 @@ from fieldcam.session.live import LiveWalk
 from fieldcam.session.state import CameraState, Stage, WalkState
 from fieldcam.store.connection import rows
 from fieldcam.store.history import visit_captures
+from fieldcam.store.judgement_rows import MarkKind
 from fieldcam.store.walks import ClusterState
 from fieldcam.values import Expectation, ReasonCode
 from fieldcam.values import Status as VerdictStatus
@@ -252,6 +253,39 @@ def test_every_decision_can_be_undone(walk: Walked, name: str) -> None:
     assert told(undone) == told(before)
     refused, _ = walk.after(walk.live.undo, Refused)
     assert refused.sentence == "There is nothing to undo."
+
+
+def test_marks_of_the_history_can_be_undone(walk: Walked) -> None:
+    walk.start()
+    before = walk.shoot(read(11, 3))
+    assert before.shown is not None and before.shown.record.reading is not None
+    capture = before.shown.id
+    _, crowned = walk.after(lambda: walk.live.king(capture, 1), Done)
+    _, added = walk.after(lambda: walk.live.add_by_hand(capture, 9.5), Done)
+    assert crowned.shown is not None and added.shown is not None
+    assert [f.marks for f in crowned.shown.target] == [(), (MarkKind.KING,), ()]
+    assert (crowned.shown.living, added.shown.living) == (3, 4)
+    for _ in range(2):
+        done, state = walk.after(walk.live.undo, Done)
+        assert done.sentence == "Undone: the mark on tag 11."
+    assert told(state) == told(before)
+
+
+def test_marks_that_make_no_sense_are_refused(walk: Walked) -> None:
+    walk.start()
+    state = walk.shoot(read(11, 3))
+    assert state.shown is not None
+    capture = state.shown.id
+    commands: list[Callable[[], None]] = [
+        lambda: walk.live.king(capture, 4),
+        lambda: walk.live.king("no picture", 0),
+        lambda: walk.live.add_by_hand(capture, 0.0),
+        lambda: walk.live.add_by_hand(capture, float("nan")),
+        lambda: walk.live.add_by_hand("no picture", 9.0),
+    ]
+    for command in commands:
+        _, after = walk.after(command, Refused)
+        assert told(after) == told(state)
 
 
 def told(state: WalkState) -> tuple[object, ...]:

@@ -12,6 +12,7 @@ from fieldcam.session.doubt import Doubtful, NotNow
 from fieldcam.session.shutter import Shot
 from fieldcam.session.state import Shown, Stage, missing
 from fieldcam.session.viewing import WalkView
+from fieldcam.store.history import ReadingSummary, capture_record
 from fieldcam.store.judgement_rows import (
     Action,
     Answer,
@@ -23,10 +24,13 @@ from fieldcam.store.judgement_rows import (
     TagCorrection,
     TargetCorrection,
 )
+from fieldcam.store.rows import EntryId
 from fieldcam.store.walk_rows import Event, EventKind
 from fieldcam.store.walks import ClusterState
 from fieldcam.values import Status
 
+MOST_MM = 100.0
+"""No apple in its first weeks is larger."""
 MARKS = {Answer.FALLEN: MarkKind.FALLEN, Answer.HIDDEN: MarkKind.HIDDEN}
 
 
@@ -125,6 +129,23 @@ class WalkBook:
         self.view.store.append(mark)
         return "Struck out: no fruitlet."
 
+    def king(self, capture: EntryId, fruitlet: int) -> str:
+        """This fruitlet of any picture is the cluster's king; the last word counts."""
+        reading = self._reading(capture)
+        if not any(f.id == fruitlet and f.in_target and f.living for f in reading.fruitlets):
+            raise NotNow("Choose a fruitlet of the list first.")
+        self.view.store.append(FruitletMark.on_fruitlet(MarkKind.KING, reading.id, fruitlet))
+        return f"Fruitlet {fruitlet} is the king."
+
+    def add_by_hand(self, capture: EntryId, diameter_mm: float) -> str:
+        """A fruitlet that the picture's reading does not have, measured by hand."""
+        reading = self._reading(capture)
+        if not 0 < diameter_mm <= MOST_MM:
+            raise NotNow(f"A fruitlet measures between 0 and {MOST_MM:g} mm.")
+        mark = FruitletMark(MarkKind.ADDED_BY_HAND, reading=reading.id, diameter_mm=diameter_mm)
+        self.view.store.append(mark)
+        return f"Added by hand: {diameter_mm:.2f} mm."
+
     def note(self, text: str) -> str:
         """A note on the picture; without one, on the visit."""
         if not text.strip():
@@ -177,6 +198,12 @@ class WalkBook:
         if shown is None:
             raise NotNow("There is no picture of this cluster yet.")
         return shown
+
+    def _reading(self, capture: EntryId) -> ReadingSummary:
+        record = capture_record(self.view.store.database, capture)
+        if record is None or record.reading is None:
+            raise NotNow("This picture has no reading.")
+        return record.reading
 
     def _missing(self, shown: Shown) -> int:
         return missing(shown, self.view.expectation(self._standing()).fruitlets)

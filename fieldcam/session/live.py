@@ -100,6 +100,12 @@ class LiveWalk:
     def strike(self, fruitlet: int) -> None:
         self._order(partial(self._book.strike, fruitlet))
 
+    def king(self, capture: EntryId, fruitlet: int) -> None:
+        self._order(partial(self._book.king, capture, fruitlet))
+
+    def add_by_hand(self, capture: EntryId, diameter_mm: float) -> None:
+        self._order(partial(self._book.add_by_hand, capture, diameter_mm))
+
     def note(self, text: str) -> None:
         self._order(partial(self._book.note, text))
 

@@ -66,8 +66,7 @@ class Shown:
     @property
     def target(self) -> tuple[FruitletSeen, ...]:
         """Fruitlets of the target cluster, with corrections and marks applied."""
-        summary = self.record.reading
-        return () if summary is None else tuple(f for f in summary.fruitlets if f.in_target)
+        return () if self.record.reading is None else self.record.reading.target
 
     @property
     def living(self) -> int | None:
@@ -97,6 +96,8 @@ class WalkState:
     """Living fruitlets of this cluster on the last visit."""
     shown: Shown | None
     route: WalkRoute
+    folder: Path = Path()
+    """The data folder, for screens that look further back."""
     marks: tuple[ClusterMark, ...] = ()
     """Fruitlets of this cluster that no picture of today shows."""
     warnings: tuple[str, ...] = ()

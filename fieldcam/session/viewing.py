@@ -6,12 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import date
 
+from sqlite_utils import Database
+
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.store.connection import rows
 from fieldcam.store.durations import visit_times
 from fieldcam.store.folder import DataKind
 from fieldcam.store.history import CaptureRecord, ClusterMark, capture_record, cluster_marks
 from fieldcam.store.lookups import row_of
+from fieldcam.store.objects import Objects
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.resuming import resume
 from fieldcam.store.rows import EntryId
@@ -60,6 +63,7 @@ class WalkView:
             before=self.expectation(tag_id).fruitlets,
             shown=shown,
             route=route,
+            folder=self.store.folder.path,
             marks=self._marks(visit["block"], tag_id),
             warnings=tuple(_warnings(shown, route)),
             seconds_per_cluster=visit_times(database, self.visit).median_s,
@@ -79,30 +83,39 @@ class WalkView:
         return tuple(mark for mark in found if mark.visit == self.visit)
 
     def _shown(self, record: CaptureRecord) -> Shown:
-        capture = row_of(self.store.database, "capture", record.id)
-        corrections = "SELECT 1 FROM tag_correction_now WHERE capture = ?"
-        return Shown(
-            record=record,
-            left=self.store.objects.path(record.left_file),
-            right=self.store.objects.path(record.right_file),
-            pixel_format=PixelFormat(capture["pixel_format"]),
-            reading=None if record.reading is None else self._reading(record.reading.id),
-            failure=self._failure(record.id),
-            corrected=bool(rows(self.store.database, corrections, record.id)),
-        )
+        reading = None if record.reading is None else self._reading(record.reading.id)
+        return shown_picture(self.store.database, self.store.objects, record, reading)
 
     def _reading(self, reading: EntryId) -> ClusterReading:
         if reading not in self._readings:
             self._readings = {reading: stored_reading(self.store.database, reading)}
         return self._readings[reading]
 
-    def _failure(self, capture: EntryId) -> str:
-        sql = (
-            "SELECT message FROM analysis_failure JOIN standing USING (id)"
-            " WHERE capture = ? ORDER BY turn DESC LIMIT 1"
-        )
-        found = rows(self.store.database, sql, capture)
-        return found[0]["message"] if found else ""
+
+def shown_picture(
+    database: Database, objects: Objects, record: CaptureRecord, reading: ClusterReading | None
+) -> Shown:
+    """A picture with its whole reading, as screens show it."""
+    capture = row_of(database, "capture", record.id)
+    corrections = "SELECT 1 FROM tag_correction_now WHERE capture = ?"
+    return Shown(
+        record=record,
+        left=objects.path(record.left_file),
+        right=objects.path(record.right_file),
+        pixel_format=PixelFormat(capture["pixel_format"]),
+        reading=reading,
+        failure=_failure(database, record.id),
+        corrected=bool(rows(database, corrections, record.id)),
+    )
+
+
+def _failure(database: Database, capture: EntryId) -> str:
+    sql = (
+        "SELECT message FROM analysis_failure JOIN standing USING (id)"
+        " WHERE capture = ? ORDER BY turn DESC LIMIT 1"
+    )
+    found = rows(database, sql, capture)
+    return found[0]["message"] if found else ""
 
 
 def _warnings(shown: Shown | None, route: WalkRoute) -> Iterator[str]:

@@ -30,6 +30,8 @@ class VisitTimes:
     """The clusters of a visit in the order in which they were accepted."""
 
     clusters: tuple[ClusterTime, ...]
+    duration_s: float | None = None
+    """From the first shutter to the last acceptance."""
 
     @property
     def median_s(self) -> float | None:
@@ -50,7 +52,9 @@ def visit_times(database: Database, visit: EntryId) -> VisitTimes:
         since = None if before is None else seconds_between(before, moment)
         clusters.append(ClusterTime(tag_id, at_cluster, since))
         before = moment
-    return VisitTimes(tuple(clusters))
+    first = next(iter(first_shutter.values()), None)
+    duration = None if first is None or before is None else seconds_between(first, before)
+    return VisitTimes(tuple(clusters), duration)
 
 
 def _accepted(database: Database, visit: EntryId) -> dict[int, Moment]:

@@ -52,6 +52,19 @@ class ReadingSummary:
     """Fruitlets of the target cluster that count, those added by hand included."""
     fruitlets: tuple[FruitletSeen, ...]
     software_version: str
+    by_hand_mm: tuple[float | None, ...] = ()
+    """Sizes of the fruitlets added by hand; None for one that was only counted."""
+
+    @property
+    def target(self) -> tuple[FruitletSeen, ...]:
+        """The fruitlets of the tagged cluster."""
+        return tuple(fruitlet for fruitlet in self.fruitlets if fruitlet.in_target)
+
+    @property
+    def sizes_mm(self) -> tuple[float, ...]:
+        """Of the target's living fruitlets, the smallest first; those added by hand too."""
+        seen = (fruitlet.diameter_mm for fruitlet in self.target if fruitlet.living)
+        return tuple(sorted(size for size in (*seen, *self.by_hand_mm) if size is not None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,13 +169,26 @@ def _summary(database: Database, row: dict[str, Any]) -> ReadingSummary:
         living=row["living"],
         fruitlets=_fruitlets(database, row["id"], row["reading"]),
         software_version=row["software_version"],
+        by_hand_mm=_by_hand(database, row["reading"]),
     )
+
+
+def _by_hand(database: Database, reading: EntryId) -> tuple[float | None, ...]:
+    sql = (
+        "SELECT count, diameter_mm FROM fruitlet_mark_now"
+        " WHERE reading = ? AND fruitlet IS NULL AND mark = ? ORDER BY turn"
+    )
+    found = rows(database, sql, reading, MarkKind.ADDED_BY_HAND)
+    return tuple(row["diameter_mm"] for row in found for _ in range(row["count"]))
 
 
 def _fruitlets(database: Database, capture: EntryId, reading: EntryId) -> tuple[FruitletSeen, ...]:
     marks: dict[int, list[MarkKind]] = {}
     sql = "SELECT fruitlet, mark FROM fruitlet_mark_now WHERE reading = ? ORDER BY turn"
     for mark in rows(database, sql, reading):
+        if mark["mark"] == MarkKind.KING:
+            # A cluster has one king: the last word.
+            marks = {seen: [m for m in of if m is not MarkKind.KING] for seen, of in marks.items()}
         marks.setdefault(mark["fruitlet"], []).append(MarkKind(mark["mark"]))
     return tuple(
         FruitletSeen(

@@ -32,6 +32,18 @@ class Space:
         found = os.statvfs(self._folder)
         return found.f_bavail * found.f_frsize
 
+    @property
+    def reserve_bytes(self) -> int:
+        """What is set aside now."""
+        try:
+            return self._reserve.stat().st_size
+        except OSError:
+            return 0
+
+    def captures_left(self, bytes_each: float) -> int:
+        """How many more may be begun."""
+        return max(0, int((self.free_bytes - self._needed) // bytes_each) + 1)
+
     def check(self) -> None:
         """Raise StorageFull when a capture should not be begun."""
         found = os.statvfs(self._folder)
