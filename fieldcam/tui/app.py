@@ -14,12 +14,16 @@ from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 from textual.screen import Screen
 
+from fieldcam.models import Models
 from fieldcam.session import events
 from fieldcam.session.automatic import Automatic, accepted_since
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
 from fieldcam.tui.aim_screen import AimScreen
 from fieldcam.tui.asking import AskYes
+from fieldcam.tui.block_screen import BlockScreen
+from fieldcam.tui.cluster_screen import ClusterScreen
+from fieldcam.tui.device_screen import DeviceScreen
 from fieldcam.tui.help_screen import HelpScreen
 from fieldcam.tui.learning import LearnKey
 from fieldcam.tui.log_screen import LogScreen
@@ -42,6 +46,9 @@ class FieldcamApp(App[None]):
     CSS_PATH = "page.tcss"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("o", "route", "Route"),
+        Binding("v", "cluster", "Cluster"),
+        Binding("b", "block", "Block"),
+        Binding("i", "device", "Device"),
         Binding("l", "log", "Log", show=False),
         Binding("d", "switch_theme", "Day/night", show=False),
         Binding("question_mark", "help", "Help", key_display="?"),
@@ -54,6 +61,7 @@ class FieldcamApp(App[None]):
         sound: Sound | None = None,
         lines: Iterable[str] = (),
         tricks: Mapping[str, Callable[[], str]] | None = None,
+        models: Models | None = None,
     ) -> None:
         """`lines` are what the log begins with, such as what the start-up check found.
 
@@ -61,6 +69,7 @@ class FieldcamApp(App[None]):
         """
         super().__init__()
         self._start = start
+        self._models = models
         self.sound: Sound = Silence() if sound is None else sound
         self.walk: Walk | None = None
         self.state: WalkState | None = None
@@ -104,6 +113,15 @@ class FieldcamApp(App[None]):
     def action_learn_key(self) -> None:
         self.push_screen(LearnKey(), self._learned)
 
+    def action_cluster(self) -> None:
+        self._open(ClusterScreen)
+
+    def action_block(self) -> None:
+        self._open(BlockScreen)
+
+    def action_device(self) -> None:
+        self._open(lambda walk, state: DeviceScreen(walk, state, self._models))
+
     def action_log(self) -> None:
         self._open(lambda walk, state: LogScreen(walk, state, self.log_lines))
 
@@ -127,6 +145,10 @@ class FieldcamApp(App[None]):
         for name, trick in self._tricks.items():
             told = partial(self._play, trick)
             yield SystemCommand(name, "Of a camera without hardware", told)
+        yield SystemCommand("Cluster", "Pictures and sizes of all days", self.action_cluster)
+        yield SystemCommand("Block", "Sizes by day, what is missing", self.action_block)
+        device = "Camera, networks, disk, battery, analysis"
+        yield SystemCommand("Device", device, self.action_device)
         yield SystemCommand("Log", "What happened on this walk", self.action_log)
         yield SystemCommand("Help", "All keys", self.action_help)
         yield SystemCommand("Day or night", "The other colours", self.action_switch_theme)
@@ -139,9 +161,14 @@ class FieldcamApp(App[None]):
         self.post_message(Heard(event))
 
     def _open(self, make: Callable[[Walk, WalkState | None], Page]) -> None:
-        """Only over the Walk and Aim screens, to which Escape goes back."""
-        if self.walk is not None and isinstance(self.screen, WalkScreen | AimScreen):
-            self.push_screen(make(self.walk, self.state))
+        """Over the Walk screen, to which Escape goes back; never over a question."""
+        if self.walk is None or not isinstance(self.screen, Page):
+            return
+        page = make(self.walk, self.state)
+        if isinstance(self.screen, WalkScreen):
+            self.push_screen(page)
+        else:
+            self.switch_screen(page)
 
     def _leave_aim(self) -> None:
         """What came of the picture is on the Walk screen."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.events import Key
 from textual.screen import ModalScreen
 from textual.widgets import Input, Static
 
+Kind = Literal["text", "integer", "number"]
 LONGEST = 200
 """Characters of a note."""
 
@@ -37,15 +40,15 @@ class AskText(ModalScreen[str | None]):
     CSS_PATH = "asking.tcss"
     BINDINGS = [("escape", "drop", "Back")]  # noqa: RUF012 (Textual's own form)
 
-    def __init__(self, question: str, whole: bool = False) -> None:
-        """`whole`: only a whole number is taken."""
+    def __init__(self, question: str, kind: Kind = "text") -> None:
+        """`kind` says whether only a whole number, or any number, is taken."""
         super().__init__()
-        self._question, self._whole = question, whole
+        self._question, self._kind = question, kind
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="box"):
             yield Static(self._question, markup=False)
-            yield Input(type="integer" if self._whole else "text", max_length=LONGEST)
+            yield Input(type=self._kind, max_length=LONGEST)
             yield Static("Enter: take it      Escape: back")
 
     def on_mount(self) -> None:

@@ -18,8 +18,10 @@ K       skip this cluster        U       undo the last decision
 left, right   another tag        up, down   another fruitlet
 
 A       aim; Space or a remote's key fires there too, G by itself
-O       route     L   log     D   day or night colours
-Ctrl+P  all commands              Q   end the walk
+O       route: go to any cluster V       this cluster on all days
+B       block: sizes, missing    I       device: camera, disk, battery
+L       log                      D       day or night colours
+Ctrl+P  all commands             Q       end the walk
 
 A picture is saved before it is read: walk on whenever you like.
 CONFIRM asks why there are fewer fruitlets than last visit; F or H

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from textual.message import Message
 
 from fieldcam.session.events import LiveEvent
@@ -13,3 +15,11 @@ class Heard(Message):
     def __init__(self, event: LiveEvent) -> None:
         super().__init__()
         self.event = event
+
+
+class LookedUp(Message):
+    """What a screen wanted from the store was read."""
+
+    def __init__(self, show: Callable[[], None]) -> None:
+        super().__init__()
+        self.show = show

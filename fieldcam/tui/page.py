@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+from sqlite_utils import Database
+from textual import work
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.events import Resize
 from textual.screen import Screen
 from textual.widgets import Footer, Static
+from textual.worker import get_current_worker
 
+from fieldcam.errors import FieldcamError
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
+from fieldcam.store.connection import connect_read_only
+from fieldcam.store.store import DATABASE_NAME
+from fieldcam.tui.messages import LookedUp
 from fieldcam.tui.news import News
 
+_Found = TypeVar("_Found")
 LEAST = (80, 24)
 """Columns and rows that a screen needs."""
 LOW_DISK_BYTES = 1 << 30
@@ -56,6 +70,24 @@ class Page(Screen[None]):
 
     def hear(self, told: News) -> None:
         """Say what came of a command, where the screen has a place for it."""
+
+    @work(thread=True, exclusive=True, group="store", exit_on_error=False)
+    def look_up(
+        self, folder: Path, read: Callable[[Database], _Found], show: Callable[[_Found], None]
+    ) -> None:
+        """Read the data folder's database in a thread of its own, then show what was found."""
+        try:
+            with closing(connect_read_only(folder / DATABASE_NAME)) as database:
+                found = read(database)
+        except (FieldcamError, OSError) as error:
+            told = partial(self.hear, News(str(error), bad=True))
+        else:
+            told = partial(show, found)
+        if not get_current_worker().is_cancelled:
+            self.post_message(LookedUp(told))
+
+    def on_looked_up(self, message: LookedUp) -> None:
+        message.show()
 
     def on_resize(self, event: Resize) -> None:
         (columns, rows), (least_columns, least_rows) = event.size, LEAST

@@ -13,6 +13,7 @@ from fieldcam.analysis.requests import Setup
 from fieldcam.camera.aimed import OF_THE_CABLE, AimedCamera
 from fieldcam.camera.replay import RecordedDay, ReplayProcess
 from fieldcam.exchange.capture_folder import CaptureFile, read_capture_folder
+from fieldcam.models import find_models
 from fieldcam.store.folder import DataKind, data_path
 from fieldcam.store.orchard_rows import Block, Cluster
 from fieldcam.store.rows import EntryId
@@ -44,7 +45,7 @@ def walk_recorded_folder(data: Path | None, folder: Path) -> None:
         camera = AimedCamera(RecordedDay(process, days[day]))
         log = path / "logs" / "analysis.log"
         start = partial(start_walk, store, visit, camera, setup, log)
-        run(start, found, tricks(camera, OF_THE_CABLE))
+        run(start, found, tricks(camera, OF_THE_CABLE), find_models(own))
 
 
 def by_day(captures: Sequence[CaptureFile]) -> Days:

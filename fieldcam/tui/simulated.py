@@ -12,6 +12,7 @@ from pathlib import Path
 from fieldcam.analysis.requests import Setup
 from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedRow
+from fieldcam.models import Models, find_models
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.folder import DataKind, data_path
@@ -41,16 +42,17 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
         log = path / "logs" / "analysis.log"
         camera = AimedCamera(OrchardDay(orchard, day))
         start = partial(start_walk, store, visit, camera, setup, log)
-        run(start, found, tricks(camera, Mishap))
+        run(start, found, tricks(camera, Mishap), find_models(data_path(data)))
 
 
 def run(
     start: Callable[[Listener], LiveWalk],
     lines: Sequence[str],
     tricks: Mapping[str, Callable[[], str]] | None = None,
+    models: Models | None = None,
 ) -> None:
     """Run the app; whatever way it ends, the walk ends after it."""
-    app = FieldcamApp(start, lines=lines, tricks=tricks)
+    app = FieldcamApp(start, lines=lines, tricks=tricks, models=models)
     app.sound = chosen_sound(os.environ.get(VARIABLE, ""), app.bell)
     try:
         app.run()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from rich.text import Text
 from textual.widgets import Static
 
-from fieldcam.session.state import WalkState
-from fieldcam.store.history import FruitletSeen
+from fieldcam.store.history import FruitletSeen, ReadingSummary
+from fieldcam.store.judgement_rows import MarkKind
 from fieldcam.tui.letters import BLOCK
 
 LONGEST_MM = 25.0
@@ -21,7 +21,8 @@ class SizesView(Static):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id, markup=False)
-        self._state: WalkState | None = None
+        self._heading = ""
+        self._reading: ReadingSummary | None = None
         self._row = 0
 
     @property
@@ -30,8 +31,8 @@ class SizesView(Static):
         target = self._target
         return target[min(self._row, len(target) - 1)].id if target else None
 
-    def show(self, state: WalkState) -> None:
-        self._state = state
+    def show(self, heading: str, reading: ReadingSummary | None) -> None:
+        self._heading, self._reading = heading, reading
         self._write()
 
     def choose(self, by: int) -> None:
@@ -45,31 +46,30 @@ class SizesView(Static):
 
     @property
     def _target(self) -> tuple[FruitletSeen, ...]:
-        if self._state is None or self._state.shown is None:
-            return ()
-        return self._state.shown.target
+        return () if self._reading is None else self._reading.target
 
     def _write(self) -> None:
-        if self._state is None or self._state.shown is None or not self._target:
+        if self._reading is None or not (self._target or self._reading.by_hand_mm):
             self.update("")
             return
-        lines = [self._heading(self._state)]
+        lines = [Text(self._heading, "bold")]
         for row, seen in enumerate(self._target):
             lines.append(self._line(seen, self.app.theme_variables[BAR_COLOURS[row % 2]]))
+        lines += [Text(f"   +  {_size(size_mm)}  by hand") for size_mm in self._reading.by_hand_mm]
         self.update(Text("\n").join(lines))
-
-    def _heading(self, state: WalkState) -> Text:
-        living = state.shown.living if state.shown else None
-        before = "" if state.before is None else f", last visit {state.before}"
-        marks = "".join(f", {mark.count} {mark.mark}" for mark in state.marks)
-        return Text(f"{living} fruitlets{before}{marks}", "bold")
 
     def _line(self, seen: FruitletSeen, colour: str) -> Text:
         mark = ">" if seen.id == self.chosen else " "
         if not seen.living:
             return Text(f"{mark}{seen.id:3}  struck out", "strike")
+        king = " king" if MarkKind.KING in seen.marks else ""
+        text = f"{mark}{seen.id:3}  {_size(seen.diameter_mm)}{king}"
         if seen.diameter_mm is None:
-            return Text(f"{mark}{seen.id:3}  seen, no size")
-        longest = max(BAR_LEAST, self.size.width - WORDS)
+            return Text(text)
+        longest = max(BAR_LEAST, self.size.width - WORDS - len(king))
         bar = BLOCK * max(1, round(min(1.0, seen.diameter_mm / LONGEST_MM) * longest))
-        return Text(f"{mark}{seen.id:3}  {seen.diameter_mm:5.2f} mm ").append(bar, colour)
+        return Text(f"{text} ").append(bar, colour)
+
+
+def _size(diameter_mm: float | None) -> str:
+    return "seen, no size" if diameter_mm is None else f"{diameter_mm:5.2f} mm"

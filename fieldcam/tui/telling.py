@@ -116,6 +116,15 @@ def counted(state: WalkState) -> str:
     )
 
 
+def sizes_heading(state: WalkState) -> str:
+    """The target's count in words, with what no picture shows."""
+    if state.shown is None or state.shown.living is None:
+        return ""
+    before = "" if state.before is None else f", last visit {state.before}"
+    marks = "".join(f", {mark.count} {mark.mark}" for mark in state.marks)
+    return f"{state.shown.living} fruitlets{before}{marks}"
+
+
 def _before_the_picture(state: WalkState) -> Banner:
     if state.camera is CameraState.LOST:
         sentence = "The camera does not answer: check its cable, then press Space."

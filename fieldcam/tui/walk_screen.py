@@ -21,7 +21,7 @@ from fieldcam.tui.page import Page
 from fieldcam.tui.picture_view import PictureView
 from fieldcam.tui.remote import SHOOT
 from fieldcam.tui.sizes_view import SizesView
-from fieldcam.tui.telling import banner, counted, not_saved, progress
+from fieldcam.tui.telling import banner, counted, not_saved, progress, sizes_heading
 
 
 class WalkScreen(Page):
@@ -34,12 +34,12 @@ class WalkScreen(Page):
         Binding("a", "app.aim", "Aim"),
         Binding("enter", "accept", "Accept", show=False),
         Binding("r,backspace", "retake", "Retake", show=False),
-        Binding("s", "second_view", "2nd view"),
+        Binding("s", "second_view", "2nd view", show=False),
         Binding("f", "fallen", "Fallen", show=False),
         Binding("h", "hidden", "Hidden", show=False),
         Binding("t", "correct_tag", "Tag"),
-        Binding("c", "other_target", "Target"),
-        Binding("x", "strike", "Strike"),
+        Binding("c", "other_target", "Target", show=False),
+        Binding("x", "strike", "Strike", show=False),
         Binding("n", "note", "Note"),
         Binding("k", "skip", "Skip"),
         Binding("u", "undo", "Undo"),
@@ -74,7 +74,8 @@ class WalkScreen(Page):
             self.query_one(BannerView).show(banner(state), counted(state))
         self.query_one(LightsView).show(state.shown)
         self.query_one(PictureView).show(state.shown)
-        self.query_one(SizesView).show(state)
+        reading = None if state.shown is None else state.shown.record.reading
+        self.query_one(SizesView).show(sizes_heading(state), reading)
         self.query_one(BigButtons).show(question=state.missing > 0)
         self.query_one("#progress", Static).update(progress(state))
 
@@ -126,7 +127,7 @@ class WalkScreen(Page):
         self.app.push_screen(AskText("A note on this picture:"), self._noted)
 
     def action_correct_tag(self) -> None:
-        self.app.push_screen(AskText("Which tag is in this picture?", whole=True), self._corrected)
+        self.app.push_screen(AskText("Which tag is in this picture?", "integer"), self._corrected)
 
     def _noted(self, text: str | None) -> None:
         if text is not None:

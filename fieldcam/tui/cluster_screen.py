@@ -1,0 +1,198 @@
+"""The Cluster screen: every picture of one cluster, day by day, and what was said about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sqlite_utils import Database
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, VerticalScroll
+from textual.widgets import Static
+
+from fieldcam.session.commands import Walk
+from fieldcam.session.state import Shown, WalkState
+from fieldcam.session.viewing import shown_picture
+from fieldcam.store.days import ClusterDay, cluster_days
+from fieldcam.store.history import CaptureRecord
+from fieldcam.store.objects import Objects
+from fieldcam.store.readings import stored_reading
+from fieldcam.store.rows import EntryId
+from fieldcam.store.said import Word, said
+from fieldcam.tui.asking import AskText
+from fieldcam.tui.history_words import day_lines, picture_heading, picture_line, word_line
+from fieldcam.tui.news import News
+from fieldcam.tui.page import Page
+from fieldcam.tui.picture_view import PictureView
+from fieldcam.tui.sizes_view import SizesView
+
+NO_CLUSTERS = "This block has no clusters yet."
+
+
+class Past(VerticalScroll, can_focus=False):
+    """Scrolled by the screen's keys, so that the arrows stay the pictures' own."""
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """What the store knows of the cluster, and the one picture that is shown."""
+
+    days: tuple[ClusterDay, ...]
+    words: tuple[Word, ...]
+    shown: Shown | None
+
+    @property
+    def pictures(self) -> tuple[CaptureRecord, ...]:
+        return tuple(picture for day in self.days for picture in day.pictures)
+
+
+class ClusterScreen(Page):
+    """Of the cluster where the operator stands, else the route's last one."""
+
+    CSS_PATH = "cluster_screen.tcss"
+    TITLE = "Cluster"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,v", "app.pop_screen", "Back"),
+        Binding("left", "browse(-1)", "Earlier"),
+        Binding("right", "browse(1)", "Later"),
+        Binding("up", "choose(-1)", "Fruitlet above", show=False),
+        Binding("down", "choose(1)", "Fruitlet below", show=False),
+        Binding("k", "king", "King"),
+        Binding("m", "add_by_hand", "Add"),
+        Binding("u", "undo", "Undo"),
+        Binding("pageup", "scroll_words(-1)", "Earlier words", show=False),
+        Binding("pagedown", "scroll_words(1)", "Later words", show=False),
+    ]
+
+    def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
+        super().__init__(walk, state)
+        self._state: WalkState | None = None
+        self._history: History | None = None
+        self._picture: EntryId | None = None
+        """The capture that was chosen; None: the last one."""
+
+    def body(self) -> ComposeResult:
+        yield Static(id="heading", markup=False)
+        with Horizontal(id="findings"):
+            yield PictureView(id="picture")
+            yield SizesView(id="sizes")
+        yield Static(id="caption", markup=False)
+        with Horizontal(id="past"):
+            with Past(id="days"):
+                yield Static(id="day-lines", markup=False)
+            with Past(id="words"):
+                yield Static(id="word-lines", markup=False)
+        yield Static(id="said", markup=False)
+
+    def show(self, state: WalkState) -> None:
+        super().show(state)
+        if self._state is not None and _tag(self._state) != _tag(state):
+            self._picture = None
+        self._state = state
+        self._look()
+
+    def hear(self, told: News) -> None:
+        line = self.query_one("#said", Static)
+        line.update(told.sentence)
+        line.set_class(told.bad, "-bad")
+
+    def action_browse(self, by: int) -> None:
+        pictures = () if self._history is None else self._history.pictures
+        ids = [picture.id for picture in pictures]
+        if not ids:
+            return
+        here = ids.index(self._picture) if self._picture in ids else len(ids) - 1
+        self._picture = ids[(here + by) % len(ids)]
+        self._look()
+
+    def action_choose(self, by: int) -> None:
+        self.query_one(SizesView).choose(by)
+
+    def action_king(self) -> None:
+        shown, fruitlet = self._shown, self.query_one(SizesView).chosen
+        if shown is not None and fruitlet is not None:
+            self.walk.king(shown.id, fruitlet)
+
+    def action_add_by_hand(self) -> None:
+        shown = self._shown
+        if shown is None:
+            return
+
+        def measured(text: str | None) -> None:
+            if text:
+                self.walk.add_by_hand(shown.id, float(text))
+
+        self.app.push_screen(AskText("Its diameter in mm, by caliper:", "number"), measured)
+
+    def action_undo(self) -> None:
+        self.walk.undo()
+
+    def action_scroll_words(self, by: int) -> None:
+        words = self.query_one("#words", Past)
+        words.scroll_relative(y=by * max(1, words.size.height - 1), animate=False)
+
+    @property
+    def _shown(self) -> Shown | None:
+        return None if self._history is None else self._history.shown
+
+    def _look(self) -> None:
+        state, picture = self._state, self._picture
+        if state is None or (tag_id := _tag(state)) is None:
+            self._write(NO_CLUSTERS, History((), (), None))
+            return
+        objects, block = Objects(state.folder), state.route.block
+        stop = state.route.stop(tag_id)
+        tree = "" if stop is None or not stop.tree_label else f"   tree {stop.tree_label}"
+
+        def read(database: Database) -> History:
+            days = cluster_days(database, block, tag_id)
+            words = said(database, block, tag_id)
+            return History(days, words, _shown(database, objects, days, picture))
+
+        def show(found: History) -> None:
+            counts = f"{len(found.days)} days, {len(found.pictures)} pictures"
+            self._write(f"Tag {tag_id}{tree}   {counts}", found)
+
+        self.look_up(state.folder, read, show)
+
+    def _write(self, heading: str, history: History) -> None:
+        self._history = history
+        places = {picture.id: n + 1 for n, picture in enumerate(history.pictures)}
+        shown = history.shown
+        self.query_one("#heading", Static).update(heading)
+        self.query_one(PictureView).show(shown)
+        self.query_one(SizesView).show(
+            "" if shown is None else picture_heading(shown.record),
+            None if shown is None else shown.record.reading,
+        )
+        caption = (
+            "There is no picture of this cluster yet."
+            if shown is None
+            else picture_line(shown.record, places[shown.id], len(places))
+        )
+        self.query_one("#caption", Static).update(caption)
+        self.query_one("#day-lines", Static).update("\n".join(day_lines(history.days)))
+        self.query_one("#days", Past).scroll_end(animate=False)
+        newest_first = [word_line(word, places) for word in reversed(history.words)]
+        self.query_one("#word-lines", Static).update("\n".join(newest_first))
+
+
+def _tag(state: WalkState) -> int | None:
+    stops = state.route.stops
+    return stops[-1].tag_id if state.tag_id is None and stops else state.tag_id
+
+
+def _shown(
+    database: Database,
+    objects: Objects,
+    days: tuple[ClusterDay, ...],
+    chosen: EntryId | None,
+) -> Shown | None:
+    """The chosen picture, else the last one, with its whole reading."""
+    pictures = [picture for day in days for picture in day.pictures]
+    if not pictures:
+        return None
+    record = next((picture for picture in pictures if picture.id == chosen), pictures[-1])
+    reading = None if record.reading is None else stored_reading(database, record.reading.id)
+    return shown_picture(database, objects, record, reading)

@@ -1,0 +1,108 @@
+"""What the Device screen says of camera, networks, disk, battery, calibration and analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from textwrap import shorten
+
+from fieldcam.analysis.status import State
+from fieldcam.analysis.status import Status as AnalysisStatus
+from fieldcam.calibration.stored_drift import LEAST_PICTURES, TagSizes
+from fieldcam.models import ModelFile, Models
+from fieldcam.session.battery import Battery
+from fieldcam.session.state import CameraState
+from fieldcam.store.usage import LastCamera
+from fieldcam.values import TAG_SIZE_MM
+
+CAMERA = {
+    CameraState.OPENING: "is being opened",
+    CameraState.READY: "ready",
+    CameraState.EXPOSING: "takes a picture",
+    CameraState.LOST: "does not answer: check its cable, then press Space on the walk",
+}
+HASH = 12
+"""Characters of a hash that are shown, as everywhere."""
+LOW_PERCENT = 15
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """One line; `bad` where somebody should do something."""
+
+    name: str
+    text: str
+    bad: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Disk:
+    """Room in the data folder."""
+
+    free_bytes: int
+    reserve_bytes: int
+    captures_left: int | None
+    """None before the first picture says how large they are."""
+
+
+def camera_facts(state: CameraState, last: LastCamera | None) -> Iterator[Fact]:
+    yield Fact("camera", CAMERA[state], state is CameraState.LOST)
+    if last is not None:
+        taken = f"the last picture, {last.taken_at:%d %b %H:%M}"
+        yield Fact("", f"left eye {last.left_serial}, right eye {last.right_serial} ({taken})")
+
+
+def model_facts(models: Models | None) -> Iterator[Fact]:
+    if models is None:
+        yield Fact("networks", "not known here")
+        return
+    for model in models.files:
+        yield Fact(model.role, f"{model.sha256[:HASH]}, {model.origin}: {_training(model)}")
+    yield Fact("", models.honesty)
+
+
+def disk_fact(disk: Disk) -> Fact:
+    room = "" if disk.captures_left is None else f", room for {disk.captures_left:,} pictures"
+    reserve = "no reserve"
+    if disk.reserve_bytes:
+        reserve = f"{disk.reserve_bytes / 1e6:.0f} MB in reserve"
+    bad = disk.captures_left == 0 or not disk.reserve_bytes
+    return Fact("disk", f"{disk.free_bytes / 1e9:.1f} GB free, {reserve}{room}", bad)
+
+
+def battery_fact(batteries: Sequence[Battery]) -> Fact:
+    if not batteries:
+        return Fact("battery", "no battery")
+    text = ", ".join(f"{battery.percent} % {battery.status}".rstrip() for battery in batteries)
+    low = max(battery.percent for battery in batteries) < LOW_PERCENT
+    return Fact("battery", text, low and all(b.status == "discharging" for b in batteries))
+
+
+def calibration_facts(sizes: TagSizes | None) -> Iterator[Fact]:
+    """The printed tag against what the camera makes of it; None while that is computed."""
+    if sizes is None:
+        yield Fact("calibration", "is being checked")
+        return
+    if sizes.measured_mm is None or sizes.drift is None:
+        yield Fact("calibration", f"known after {LEAST_PICTURES} pictures with a tag")
+        return
+    measured = f"tag printed {TAG_SIZE_MM} mm, measured {sizes.measured_mm:.2f} mm"
+    yield Fact("calibration", f"{measured} in {len(sizes.errors)} pictures", sizes.drifted)
+    if sizes.drifted:
+        text = f"DRIFT: sizes are off by about {sizes.drift:+.1%}; have the camera calibrated"
+        yield Fact("", text, bad=True)
+    else:
+        yield Fact("", f"fits: {sizes.drift:+.1%} off, less than can be told")
+
+
+def analysis_facts(status: AnalysisStatus) -> Iterator[Fact]:
+    restarts = f"restarts {status.restarts}, waiting {status.pending}"
+    off = status.state is State.STOPPED
+    yield Fact("analysis", f"{status.state}, {restarts}{'; R starts it again' if off else ''}", off)
+    yield Fact("", f"last error: {status.last_error}" if status.last_error else "no error")
+
+
+def _training(model: ModelFile) -> str:
+    """What its data were, in a line; all of it is in the manifest."""
+    data = model.facts.get("data")
+    return shorten(data, 150, placeholder=" ...") if isinstance(data, str) else "data not told"

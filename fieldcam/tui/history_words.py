@@ -1,0 +1,138 @@
+"""What the Cluster screen says of pictures, days and words; no widgets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from statistics import mean
+
+from fieldcam.store.days import ClusterDay
+from fieldcam.store.history import CaptureRecord
+from fieldcam.store.judgement_rows import (
+    Action,
+    Answer,
+    Decision,
+    FruitletMark,
+    MarkKind,
+    Note,
+    Skip,
+    TagCorrection,
+    TargetCorrection,
+)
+from fieldcam.store.rows import EntryId
+from fieldcam.store.said import Saying, Word
+
+DECIDED = {
+    Action.ACCEPT: "accepted",
+    Action.RETAKE: "to be taken again",
+    Action.DISCARD: "discarded",
+    None: "not decided",
+}
+MARKED = {
+    MarkKind.FALLEN: "fallen",
+    MarkKind.HIDDEN: "hidden",
+    MarkKind.KING: "king",
+    MarkKind.NOT_A_FRUITLET: "struck out",
+    MarkKind.ADDED_BY_HAND: "added by hand",
+}
+
+
+def picture_line(record: CaptureRecord, place: int, count: int) -> str:
+    """Which picture is shown; `place` counts from 1."""
+    parts = [f"Picture {place}/{count}", f"{record.taken_at:%d %b %H:%M}"]
+    if record.retake_of is not None:
+        parts.append("retake")
+    if record.view > 1:
+        parts.append(f"view {record.view}")
+    if record.reading is None:
+        parts.append("no sizes")
+    else:
+        parts.append(record.reading.status.upper())
+    return "   ".join([*parts, DECIDED[record.action]])
+
+
+def picture_heading(record: CaptureRecord) -> str:
+    """Above the sizes of one picture."""
+    return "No sizes yet" if record.reading is None else f"{record.reading.living} fruitlets"
+
+
+def day_lines(days: Sequence[ClusterDay]) -> Iterator[str]:
+    """Count, mean and its growth since the day before, then the sizes and the marks."""
+    if days:
+        yield "Mean by day (~: of unlike counts)"
+    before: ClusterDay | None = None
+    for day in days:
+        growth = "" if before is None else _growth(before, day)
+        yield f"{day.day:%d %b}  {_counted(day)}{growth}"
+        details = "  ".join([*_sizes(day), *_marks(day)])
+        if details:
+            yield f"  {details}"
+        if day.sizes_mm:
+            before = day
+
+
+def word_line(word: Word, places: Mapping[EntryId, int]) -> str:
+    """One line of what was said; `places` counts the pictures from 1."""
+    who = f" {word.who}" if word.who else ""
+    place = places.get(word.capture or "")
+    picture = "" if place is None else f", picture {place}"
+    why = f" ({word.why})" if word.why else ""
+    return f"{word.at:%d %b %H:%M}{who}{picture}: {_said(word.saying)}{why}"
+
+
+def _counted(day: ClusterDay) -> str:
+    if day.counted is None or day.counted.reading is None:
+        return "no accepted picture"
+    living = day.counted.reading.living
+    sizes = day.sizes_mm
+    return f"{living}: {mean(sizes):.2f} mm" if sizes else f"{living}: no sizes"
+
+
+def _growth(before: ClusterDay, day: ClusterDay) -> str:
+    """Of unlike counts it can only be said roughly, as those that fell were small."""
+    if not day.sizes_mm or not before.sizes_mm:
+        return ""
+    roughly = "" if len(day.sizes_mm) == len(before.sizes_mm) else "~"
+    rate = (mean(day.sizes_mm) - mean(before.sizes_mm)) / (day.day - before.day).days
+    return f", {roughly}{rate:+.2f} a day"
+
+
+def _sizes(day: ClusterDay) -> list[str]:
+    return [" ".join(f"{size:.1f}" for size in day.sizes_mm)] if day.sizes_mm else []
+
+
+def _marks(day: ClusterDay) -> list[str]:
+    """Those on the cluster, then those on fruitlets of the picture that counts."""
+    found = [f"{mark.count} {MARKED[mark.mark]}" for mark in day.marks]
+    reading = None if day.counted is None else day.counted.reading
+    if reading is not None:
+        marks = [mark for fruitlet in reading.fruitlets for mark in fruitlet.marks]
+        marks += [MarkKind.ADDED_BY_HAND] * len(reading.by_hand_mm)
+        found += [f"{marks.count(mark)} {MARKED[mark]}" for mark in dict.fromkeys(marks)]
+    return found
+
+
+def _said(saying: Saying) -> str:
+    match saying:
+        case Decision(_, action, answer):
+            return DECIDED[action] + _answer(answer)
+        case FruitletMark():
+            return _mark(saying)
+        case TagCorrection(_, tag_id):
+            return f"is of tag {tag_id}"
+        case TargetCorrection(_, cluster):
+            return f"cluster {cluster + 1} is the target"
+        case Note(text):
+            return f"note: {text}"
+        case Skip():
+            return "skipped"
+
+
+def _answer(answer: Answer | None) -> str:
+    return "" if answer is None else f", fewer as {answer}"
+
+
+def _mark(mark: FruitletMark) -> str:
+    word = MARKED[mark.mark]
+    if mark.diameter_mm is not None:
+        return f"{word} with {mark.diameter_mm:.2f} mm"
+    return f"{mark.count} {word}" if mark.fruitlet is None else f"fruitlet {mark.fruitlet} {word}"
