@@ -13,7 +13,8 @@ from textual.pilot import Pilot
 
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.state import WalkState
-from fieldcam.tui.app import FieldcamApp
+from fieldcam.tui.app import USUAL_LOOK, FieldcamApp
+from fieldcam.tui.looks import Look
 from fieldcam.tui.sound import Tune
 
 SMALL, LARGE = (80, 24), (120, 40)
@@ -34,10 +35,11 @@ class Heard:
 class Driven:
     """The app under a pilot."""
 
-    def __init__(self) -> None:
+    def __init__(self, look: Look = USUAL_LOOK) -> None:
         self.walk, self.sound = NotedWalk(), Heard()
         self.tricks: list[str] = []
-        self.app = FieldcamApp(self._start, self.sound, tricks={"Camera: trick": self._trick})
+        tricks = {"Camera: trick": self._trick}
+        self.app = FieldcamApp(self._start, self.sound, tricks=tricks, look=look)
         self.pilot: Pilot[None]
 
     async def tell(self, *events: LiveEvent | WalkState) -> None:
@@ -70,11 +72,15 @@ class Driven:
         return self.walk
 
 
-def drive(size: tuple[int, int], script: Callable[[Driven], Awaitable[None]]) -> Driven:
+def drive(
+    size: tuple[int, int],
+    script: Callable[[Driven], Awaitable[None]],
+    look: Look = USUAL_LOOK,
+) -> Driven:
     """Run a script against the app in a terminal of this size."""
 
     async def run() -> Driven:
-        driven = Driven()
+        driven = Driven(look)
         async with driven.app.run_test(size=size) as pilot:
             driven.pilot = pilot
             await driven.settle()

@@ -10,25 +10,43 @@ import pytest
 from live_walks import read
 from made_states import shown_with
 from textual.color import Color
+from textual.theme import Theme
 
 from fieldcam.store.raw_images import encode_raw
+from fieldcam.tui import themes
 from fieldcam.tui.letters import HEIGHT, big, shape
 from fieldcam.tui.picture import OUTLINE, STRUCK, Frame, colours, frame_of, shrink, still
 from fieldcam.tui.picture_view import full_cells, half_blocks
 from fieldcam.tui.sound import Bell, Player, Silence, Tune, chosen_sound, waves
-from fieldcam.tui.themes import DARK, LIGHT
 from fieldcam.values import PixelFormat
 
 LEAST_CONTRAST = 7.0
 
 
-@pytest.mark.parametrize("theme", [DARK, LIGHT], ids=["dark", "light"])
+@pytest.mark.parametrize("theme", themes.ALL, ids=lambda theme: theme.name)
 @pytest.mark.parametrize("name", ["primary", "success", "warning", "error", "foreground"])
-def test_status_colours_can_be_read_in_the_sun(theme: object, name: str) -> None:
-    colour = Color.parse(getattr(theme, name))
-    ground = Color.parse(getattr(theme, "background"))  # noqa: B009
-    brighter, darker = sorted((luminance(colour), luminance(ground)), reverse=True)
-    assert (brighter + 0.05) / (darker + 0.05) >= LEAST_CONTRAST
+def test_status_colours_can_be_read_in_the_sun(theme: Theme, name: str) -> None:
+    assert contrast(getattr(theme, name), theme.background) >= LEAST_CONTRAST
+
+
+@pytest.mark.parametrize("theme", themes.ALL, ids=lambda theme: theme.name)
+def test_bars_can_be_read_in_the_sun(theme: Theme) -> None:
+    assert contrast(theme.foreground, theme.panel) >= LEAST_CONTRAST
+    key, ground = (theme.variables[f"footer-{name}"] for name in ("key-foreground", "background"))
+    assert contrast(key, ground) >= LEAST_CONTRAST
+
+
+def test_one_key_leads_to_the_other_theme_and_back() -> None:
+    for theme in themes.ALL:
+        other = themes.OTHER[theme.name]
+        assert other != theme.name and themes.OTHER[other] == theme.name
+
+
+def contrast(colour: str | None, ground: str | None) -> float:
+    """Contrast ratio of WCAG 2, 1 to 21."""
+    assert colour is not None and ground is not None
+    both = (luminance(Color.parse(colour)), luminance(Color.parse(ground)))
+    return (max(both) + 0.05) / (min(both) + 0.05)
 
 
 def luminance(colour: Color) -> float:

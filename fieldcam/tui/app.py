@@ -12,13 +12,16 @@ from typing import ClassVar
 
 from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
+from textual.command import CommandPalette
 from textual.screen import Screen
+from textual.scrollbar import ScrollBar, ScrollBarRender
 
 from fieldcam.models import Models
 from fieldcam.session import events
 from fieldcam.session.automatic import Automatic, accepted_since
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
+from fieldcam.tui import themes
 from fieldcam.tui.aim_screen import AimScreen
 from fieldcam.tui.asking import AskYes
 from fieldcam.tui.block_screen import BlockScreen
@@ -27,16 +30,27 @@ from fieldcam.tui.device_screen import DeviceScreen
 from fieldcam.tui.help_screen import HelpScreen
 from fieldcam.tui.learning import LearnKey
 from fieldcam.tui.log_screen import LogScreen
+from fieldcam.tui.looks import Look
 from fieldcam.tui.messages import Heard
 from fieldcam.tui.news import News, news
 from fieldcam.tui.page import Page
 from fieldcam.tui.remote import VARIABLE, shutter_keys
 from fieldcam.tui.route_screen import RouteScreen
 from fieldcam.tui.sound import Silence, Sound
-from fieldcam.tui.themes import DARK, LIGHT, OTHER
 from fieldcam.tui.walk_screen import WalkScreen
 
 LOG_LINES = 500
+USUAL_LOOK = Look()
+
+
+class PlainBar(ScrollBarRender):
+    """Ends at whole cells: the Linux console's fonts have no eighths of one."""
+
+    VERTICAL_BARS: ClassVar[list[str]] = [" "]
+    HORIZONTAL_BARS: ClassVar[list[str]] = [" "]
+
+
+ScrollBar.renderer = PlainBar
 
 
 class FieldcamApp(App[None]):
@@ -62,13 +76,16 @@ class FieldcamApp(App[None]):
         lines: Iterable[str] = (),
         tricks: Mapping[str, Callable[[], str]] | None = None,
         models: Models | None = None,
+        look: Look = USUAL_LOOK,
     ) -> None:
         """`lines` are what the log begins with, such as what the start-up check found.
 
         `tricks` are more commands of the palette by their names; each says what it did.
         """
-        super().__init__()
+        # Without colours the terminal's own are left alone; bold and reverse stay.
+        super().__init__(ansi_color=None if look.colour else True)
         self._start = start
+        self._look = look
         self._models = models
         self.sound: Sound = Silence() if sound is None else sound
         self.walk: Walk | None = None
@@ -76,9 +93,9 @@ class FieldcamApp(App[None]):
         self.automatic = Automatic()
         self._tricks = tricks or {}
         self.log_lines: deque[str] = deque(lines, maxlen=LOG_LINES)
-        for theme in (DARK, LIGHT):
+        for theme in themes.ALL:
             self.register_theme(theme)
-        self.theme = DARK.name
+        self.theme = look.theme
 
     def on_mount(self) -> None:
         loop = asyncio.get_running_loop()
@@ -87,7 +104,7 @@ class FieldcamApp(App[None]):
             loop.add_signal_handler(number, self.exit)
         self.set_keymap({"shoot": shutter_keys()})
         self.walk = self._start(self._hear)
-        self.push_screen(WalkScreen(self.walk))
+        self.push_screen(self._dressed(WalkScreen(self.walk)))
 
     def on_heard(self, message: Heard) -> None:
         event = message.event
@@ -129,13 +146,18 @@ class FieldcamApp(App[None]):
         self.push_screen(HelpScreen())
 
     def action_switch_theme(self) -> None:
-        self.theme = OTHER.get(self.theme, DARK.name)
+        self.theme = themes.OTHER.get(self.theme, self._look.theme)
         if self.state is not None:
             self._show(self.state)
 
     def action_restart_analysis(self) -> None:
         if self.walk is not None:
             self.walk.restart_analysis()
+
+    def action_command_palette(self) -> None:
+        """Textual's own, with a prompt that every font can show."""
+        if isinstance(self.screen, Page):
+            self.push_screen(CommandPalette(placeholder="Search for commands"))
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         yield SystemCommand("Route", "Trees and clusters; go to any", self.action_route)
@@ -164,7 +186,7 @@ class FieldcamApp(App[None]):
         """Over the Walk screen, to which Escape goes back; never over a question."""
         if self.walk is None or not isinstance(self.screen, Page):
             return
-        page = make(self.walk, self.state)
+        page = self._dressed(make(self.walk, self.state))
         if isinstance(self.screen, WalkScreen):
             self.push_screen(page)
         else:
@@ -182,6 +204,10 @@ class FieldcamApp(App[None]):
 
     def _play(self, trick: Callable[[], str]) -> None:
         self._tell(News(trick()))
+
+    def _dressed(self, page: Page) -> Page:
+        page.pictures = self._look.pictures
+        return page
 
     def _show(self, state: WalkState) -> None:
         before, self.state = self.state, state

@@ -8,7 +8,7 @@ from typing import ClassVar
 from sqlite_utils import Database
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, VerticalScroll
+from textual.containers import Horizontal
 from textual.widgets import Static
 
 from fieldcam.session.commands import Walk
@@ -21,17 +21,14 @@ from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
 from fieldcam.store.said import Word, said
 from fieldcam.tui.asking import AskText
-from fieldcam.tui.history_words import day_lines, picture_heading, picture_line, word_line
+from fieldcam.tui.days_view import DaysView, Past
+from fieldcam.tui.history_words import picture_heading, picture_line, word_line
 from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
-from fieldcam.tui.picture_view import PictureView
+from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.sizes_view import SizesView
 
 NO_CLUSTERS = "This block has no clusters yet."
-
-
-class Past(VerticalScroll, can_focus=False):
-    """Scrolled by the screen's keys, so that the arrows stay the pictures' own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +64,6 @@ class ClusterScreen(Page):
 
     def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
         super().__init__(walk, state)
-        self._state: WalkState | None = None
         self._history: History | None = None
         self._picture: EntryId | None = None
         """The capture that was chosen; None: the last one."""
@@ -75,21 +71,19 @@ class ClusterScreen(Page):
     def body(self) -> ComposeResult:
         yield Static(id="heading", markup=False)
         with Horizontal(id="findings"):
-            yield PictureView(id="picture")
+            yield picture_view(self.pictures)
             yield SizesView(id="sizes")
         yield Static(id="caption", markup=False)
         with Horizontal(id="past"):
-            with Past(id="days"):
-                yield Static(id="day-lines", markup=False)
+            yield DaysView()
             with Past(id="words"):
                 yield Static(id="word-lines", markup=False)
         yield Static(id="said", markup=False)
 
     def show(self, state: WalkState) -> None:
-        super().show(state)
-        if self._state is not None and _tag(self._state) != _tag(state):
+        if self.state is not None and _tag(self.state) != _tag(state):
             self._picture = None
-        self._state = state
+        super().show(state)
         self._look()
 
     def hear(self, told: News) -> None:
@@ -137,7 +131,7 @@ class ClusterScreen(Page):
         return None if self._history is None else self._history.shown
 
     def _look(self) -> None:
-        state, picture = self._state, self._picture
+        state, picture = self.state, self._picture
         if state is None or (tag_id := _tag(state)) is None:
             self._write(NO_CLUSTERS, History((), (), None))
             return
@@ -172,8 +166,7 @@ class ClusterScreen(Page):
             else picture_line(shown.record, places[shown.id], len(places))
         )
         self.query_one("#caption", Static).update(caption)
-        self.query_one("#day-lines", Static).update("\n".join(day_lines(history.days)))
-        self.query_one("#days", Past).scroll_end(animate=False)
+        self.query_one(DaysView).show(history.days)
         newest_first = [word_line(word, places) for word in reversed(history.words)]
         self.query_one("#word-lines", Static).update("\n".join(newest_first))
 

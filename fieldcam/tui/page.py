@@ -22,27 +22,33 @@ from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
 from fieldcam.store.connection import connect_read_only
 from fieldcam.store.store import DATABASE_NAME
+from fieldcam.tui.looks import Pictures
 from fieldcam.tui.messages import LookedUp
 from fieldcam.tui.news import News
 
 _Found = TypeVar("_Found")
 LEAST = (80, 24)
 """Columns and rows that a screen needs."""
+WIDE = 160
+"""Columns from which on a screen may show more."""
 LOW_DISK_BYTES = 1 << 30
 
 
 class Page(Screen[None]):
     """A full screen of the walk; `show` is called with each new state."""
 
+    pictures: Pictures = Pictures.BLOCKS
+    """How pictures are shown; to be set before the screen is opened."""
+
     def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
         """`state` is the last one, where one is known already."""
         super().__init__()
         self.walk = walk
-        self._first = state
+        self.state = state
 
     def on_mount(self) -> None:
-        if self._first is not None:
-            self.show(self._first)
+        if self.state is not None:
+            self.show(self.state)
 
     def compose(self) -> ComposeResult:
         yield Static(id="small")
@@ -60,6 +66,7 @@ class Page(Screen[None]):
 
     def show(self, state: WalkState) -> None:
         """Show this state."""
+        self.state = state
         self.query_one("#simulated", Static).update("SIMULATED")
         self.query_one("#simulated").display = state.simulated
         day = f"{state.day:%d %b %Y}"
@@ -92,6 +99,10 @@ class Page(Screen[None]):
     def on_resize(self, event: Resize) -> None:
         (columns, rows), (least_columns, least_rows) = event.size, LEAST
         self.set_class(columns < least_columns or rows < least_rows, "-small")
+        was_wide = self.has_class("-wide")
+        self.set_class(columns >= WIDE, "-wide")
+        if self.has_class("-wide") and not was_wide and self.state is not None:
+            self.show(self.state)
         self.query_one("#small", Static).update(
             f"fieldcam needs a window of {least_columns}x{least_rows};"
             f" this one is {columns}x{rows}."

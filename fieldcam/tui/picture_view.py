@@ -1,8 +1,11 @@
-"""The still picture: two pixels a cell, or one where the console has no half blocks."""
+"""The still picture, made of whatever the terminal can show."""
 
 from __future__ import annotations
 
-import os
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from typing import ClassVar
 
 import numpy as np
 from rich.color import Color
@@ -17,6 +20,7 @@ from textual.worker import get_current_worker
 
 from fieldcam.errors import FieldcamError
 from fieldcam.session.state import Shown
+from fieldcam.tui.looks import PIXELS, Pictures
 from fieldcam.tui.picture import still
 from fieldcam.values import ImageU8
 
@@ -24,20 +28,21 @@ HALF = "▀"
 
 
 class PictureView(Widget):
-    """Shows the picture that is decided on, with its target's outlines."""
+    """Shows one picture with its target's outlines; what is drawn is up to each kind."""
+
+    CELL_PX: ClassVar[tuple[int, int]] = (1, 2)
+    """Columns and rows of pixels in a cell."""
 
     class Drawn(Message):
         """A picture is ready, made in a thread."""
 
-        def __init__(self, strips: list[Strip]) -> None:
+        def __init__(self, put: Callable[[], None]) -> None:
             super().__init__()
-            self.strips = strips
+            self.put = put
 
-    def __init__(self, id: str | None = None) -> None:
-        super().__init__(id=id)
-        self._halves = 1 if os.environ.get("TERM") == "linux" else 2
+    def __init__(self) -> None:
+        super().__init__(id="picture")
         self._shown: Shown | None = None
-        self._strips: list[Strip] = []
 
     def show(self, shown: Shown | None) -> None:
         self._shown = shown
@@ -47,34 +52,82 @@ class PictureView(Widget):
         self._redraw()
 
     def on_picture_view_drawn(self, message: Drawn) -> None:
-        self._strips = message.strips
-        self.refresh()
+        message.put()
+
+    def painting(self, small: ImageU8 | None) -> Callable[[], None]:
+        """Makes in a thread what is then put on the screen; None: nothing is to be seen."""
+        raise NotImplementedError
+
+    def _redraw(self) -> None:
+        (width, height), (columns, rows) = self.size, self.CELL_PX
+        if self._shown is None or not width or not height:
+            self.workers.cancel_node(self)
+            self.painting(None)()
+            return
+        self._draw(self._shown, (width * columns, height * rows))
+
+    @work(thread=True, exclusive=True, group="picture", exit_on_error=False)
+    def _draw(self, shown: Shown, size: tuple[int, int]) -> None:
+        small: ImageU8 | None = None
+        # The numbers stay on the screen; the start-up check names missing files.
+        with suppress(FieldcamError, OSError):
+            small = still(shown, size)
+        put = self.painting(small)
+        if not get_current_worker().is_cancelled:
+            self.post_message(self.Drawn(put))
+
+
+class BlockPicture(PictureView):
+    """Half blocks: two pixels a cell."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._strips: list[Strip] = []
+
+    def painting(self, small: ImageU8 | None) -> Callable[[], None]:
+        return partial(self._put, [] if small is None else self.strips(small))
+
+    def strips(self, small: ImageU8) -> list[Strip]:
+        return half_blocks(small)
 
     def render_line(self, y: int) -> Strip:
         if y < len(self._strips):
             return self._strips[y]
         return Strip.blank(self.size.width, self.rich_style)
 
-    def _redraw(self) -> None:
-        width, height = self.size
-        if self._shown is None or not width or not height:
-            self.workers.cancel_node(self)
-            self._strips = []
-            self.refresh()
-            return
-        self._draw(self._shown, (width, height * self._halves))
+    def _put(self, strips: list[Strip]) -> None:
+        self._strips = strips
+        self.refresh()
 
-    @work(thread=True, exclusive=True, group="picture", exit_on_error=False)
-    def _draw(self, shown: Shown, size: tuple[int, int]) -> None:
-        try:
-            small = still(shown, size)
-        except (FieldcamError, OSError):
-            # The numbers stay on the screen; the start-up check names missing files.
-            strips: list[Strip] = []
-        else:
-            strips = half_blocks(small) if self._halves == 2 else full_cells(small)
-        if not get_current_worker().is_cancelled:
-            self.post_message(self.Drawn(strips))
+
+class CellPicture(BlockPicture):
+    """A background colour for each cell, where the console's font has no half blocks."""
+
+    CELL_PX = (1, 1)
+
+    def strips(self, small: ImageU8) -> list[Strip]:
+        return full_cells(small)
+
+
+class NoPicture(PictureView):
+    """Numbers only: takes no room and draws nothing."""
+
+    def on_mount(self) -> None:
+        self.display = False
+
+    def show(self, shown: Shown | None) -> None:
+        """Nothing."""
+
+
+def picture_view(pictures: Pictures) -> PictureView:
+    """The view for this terminal."""
+    if pictures in PIXELS:
+        # Needs the extra, and asks the terminal when it is imported.
+        from fieldcam.tui.pixel_picture import PixelPicture
+
+        return PixelPicture(pictures)
+    kinds = {Pictures.CELLS: CellPicture, Pictures.NONE: NoPicture}
+    return kinds.get(pictures, BlockPicture)()
 
 
 def half_blocks(small: ImageU8) -> list[Strip]:

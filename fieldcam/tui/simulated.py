@@ -23,6 +23,7 @@ from fieldcam.store.store import Store, open_store
 from fieldcam.store.walks import walk_route
 from fieldcam.tui.app import FieldcamApp
 from fieldcam.tui.hand_aimed import start_walk, tricks
+from fieldcam.tui.looks import chosen_look
 from fieldcam.tui.sound import VARIABLE, chosen_sound
 
 CLUSTERS_PER_TREE = 2
@@ -52,7 +53,11 @@ def run(
     models: Models | None = None,
 ) -> None:
     """Run the app; whatever way it ends, the walk ends after it."""
-    app = FieldcamApp(start, lines=lines, tricks=tricks, models=models)
+    look = chosen_look(os.environ)
+    if not look.colour:
+        # Textual's own sign; it is read when the app is made.
+        os.environ["NO_COLOR"] = "1"
+    app = FieldcamApp(start, lines=lines, tricks=tricks, models=models, look=look)
     app.sound = chosen_sound(os.environ.get(VARIABLE, ""), app.bell)
     try:
         app.run()

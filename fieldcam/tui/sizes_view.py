@@ -13,6 +13,7 @@ LONGEST_MM = 25.0
 """Of a full bar."""
 BAR_COLOURS = ("primary", "foreground")
 """In turn, since full blocks touch."""
+THIN = "="
 BAR_LEAST, WORDS = 6, 17
 
 
@@ -67,7 +68,9 @@ class SizesView(Static):
         if seen.diameter_mm is None:
             return Text(text)
         longest = max(BAR_LEAST, self.size.width - WORDS - len(king))
-        bar = BLOCK * max(1, round(min(1.0, seen.diameter_mm / LONGEST_MM) * longest))
+        # Full blocks of neighbouring rows touch; without colours they would be one.
+        glyph = THIN if self.app.no_color else BLOCK
+        bar = glyph * max(1, round(min(1.0, seen.diameter_mm / LONGEST_MM) * longest))
         return Text(f"{text} ").append(bar, colour)
 
 

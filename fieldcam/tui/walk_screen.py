@@ -12,13 +12,15 @@ from textual.widgets import Static
 
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import CameraState, WalkState
+from fieldcam.store.days import cluster_days
 from fieldcam.tui.asking import AskText
 from fieldcam.tui.banner_view import BannerView
 from fieldcam.tui.buttons import BigButtons
+from fieldcam.tui.days_view import DaysView
 from fieldcam.tui.lights_view import LightsView
 from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
-from fieldcam.tui.picture_view import PictureView
+from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.remote import SHOOT
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.telling import banner, counted, not_saved, progress, sizes_heading
@@ -57,14 +59,16 @@ class WalkScreen(Page):
         yield BannerView(id="banner")
         yield LightsView(id="lights")
         with Horizontal(id="findings"):
-            yield PictureView(id="picture")
+            yield picture_view(self.pictures)
             yield SizesView(id="sizes")
+            yield DaysView()
         yield Static(id="said", markup=False)
         yield Static(id="progress", markup=False)
         yield BigButtons(id="buttons")
 
     def show(self, state: WalkState) -> None:
         super().show(state)
+        self._look_back(state)
         if state.camera is CameraState.EXPOSING:
             # The last picture's numbers must not look like those of the next one.
             state = replace(state, shown=None)
@@ -78,6 +82,18 @@ class WalkScreen(Page):
         self.query_one(SizesView).show(sizes_heading(state), reading)
         self.query_one(BigButtons).show(question=state.missing > 0)
         self.query_one("#progress", Static).update(progress(state))
+
+    def _look_back(self, state: WalkState) -> None:
+        """Where there is room for it."""
+        block, tag_id, days = state.route.block, state.tag_id, self.query_one(DaysView)
+        if not self.has_class("-wide"):
+            return
+        if tag_id is None:
+            days.show(())
+            return
+        self.look_up(
+            state.folder, lambda database: cluster_days(database, block, tag_id), days.show
+        )
 
     def hear(self, told: News) -> None:
         said = self.query_one("#said", Static)

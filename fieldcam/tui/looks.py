@@ -1,0 +1,75 @@
+"""How the app looks on this terminal: its colours, and how pictures are shown.
+
+`FIELDCAM_PICTURES` says `kitty`, `sixel`, `blocks`, `cells` or `none`; without it the
+terminal is asked where the extra `pictures` is installed, else half blocks are taken.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib.util import find_spec
+
+from fieldcam.errors import ExtraMissing
+from fieldcam.tui.themes import CONSOLE, DARK
+
+VARIABLE = "FIELDCAM_PICTURES"
+LIBRARY = "textual_image"
+
+
+class Pictures(StrEnum):
+    """What a picture is made of."""
+
+    KITTY = "kitty"
+    """Pixels, by kitty's protocol."""
+    SIXEL = "sixel"
+    """Pixels, as xterm, foot, WezTerm and others take them."""
+    BLOCKS = "blocks"
+    """Two pixels a cell."""
+    CELLS = "cells"
+    """One pixel a cell, which needs no glyph."""
+    NONE = "none"
+    """Numbers only."""
+
+
+PIXELS = (Pictures.KITTY, Pictures.SIXEL)
+"""What the extra `pictures` draws."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What fits one terminal."""
+
+    pictures: Pictures = Pictures.BLOCKS
+    theme: str = DARK.name
+    colour: bool = True
+
+
+def ask_terminal() -> Pictures:
+    """What the terminal can draw; only before the app starts, as it reads the answer."""
+    at_a_terminal = all(stream.isatty() for stream in (sys.stdin, sys.stdout))
+    if not at_a_terminal or find_spec(LIBRARY) is None:
+        return Pictures.BLOCKS
+    from textual_image import renderable
+
+    known = {renderable.TGPImage: Pictures.KITTY, renderable.SixelImage: Pictures.SIXEL}
+    return known.get(renderable.Image, Pictures.BLOCKS)
+
+
+def chosen_look(environ: Mapping[str, str], ask: Callable[[], Pictures] = ask_terminal) -> Look:
+    """What the environment says; `ask` is called where it leaves the choice."""
+    terminal = environ.get("TERM", "")
+    if "NO_COLOR" in environ or terminal in ("dumb", "unknown") or terminal.startswith("vt"):
+        return Look(Pictures.NONE, colour=False)
+    named = environ.get(VARIABLE, "")
+    if terminal == "linux":
+        return Look(Pictures.NONE if named == Pictures.NONE else Pictures.CELLS, CONSOLE.name)
+    pictures = Pictures(named) if named in tuple(Pictures) else ask()
+    if pictures in PIXELS and find_spec(LIBRARY) is None:
+        raise ExtraMissing(
+            f"{VARIABLE} is {pictures}, which needs the extra `pictures`.",
+            "Install it with: pip install 'fieldcam[pictures]'",
+        )
+    return Look(pictures)
