@@ -6,13 +6,11 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
-import numpy as np
 import pytest
 from live_walks import read
 from made_states import AIM, shown_with, verdict
-from PIL import Image
 from screens import SMALL, Driven, check_golden, drive
 from stored_walks import MadeWalk, small_store
 from textual.widget import Widget
@@ -23,7 +21,7 @@ from fieldcam.tui import looks
 from fieldcam.tui.looks import Look, Pictures, ask_terminal, chosen_look
 from fieldcam.tui.picture_view import PictureView
 from fieldcam.tui.themes import CONSOLE
-from fieldcam.values import Status
+from fieldcam.values import ImageU8, Status
 
 WIDE = (160, 45)
 COLOURLESS = Look(Pictures.NONE, colour=False)
@@ -51,8 +49,11 @@ CONSOLE_GLYPHS = set(map(chr, range(0x20, 0x7F))) | set("█─│┌┐└┘�
 def test_the_look_follows_the_terminal(
     environ: dict[str, str], expected: Look, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    loaded: list[str] = []
     monkeypatch.setattr(looks, "find_spec", lambda name: object())
+    monkeypatch.setattr(looks, "import_module", loaded.append)
     assert chosen_look(environ, lambda: Pictures.SIXEL) == expected
+    assert loaded == ["textual_image.widget"] * (expected.pictures is Pictures.SIXEL)
 
 
 def test_what_is_asked_for_must_be_installed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -155,23 +156,23 @@ def test_a_wide_window_shows_the_days_beside_the_sizes(console_walk: MadeWalk) -
 class ToldImage(Widget):
     """In place of the library's widget."""
 
-    image: Image.Image | None = None
+    image: ImageU8 | None = None
 
 
 def test_pixels_are_left_to_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    library = ModuleType("textual_image.widget")
+    library, pillow = ModuleType("textual_image.widget"), ModuleType("PIL")
     vars(library).update(SixelImage=ToldImage, TGPImage=ToldImage)
-    monkeypatch.setitem(sys.modules, "textual_image", ModuleType("textual_image"))
-    monkeypatch.setitem(sys.modules, "textual_image.widget", library)
+    vars(pillow).update(Image=SimpleNamespace(fromarray=lambda array: array))
+    for module in (ModuleType("textual_image"), library, pillow):
+        monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.delitem(sys.modules, "fieldcam.tui.pixel_picture", raising=False)
 
     async def script(driven: Driven) -> None:
         await driven.tell(verdict(tmp_path, Status.ACCEPT))
         image = driven.app.screen.query_one(ToldImage).image
         cells = driven.app.screen.query_one(PictureView).size
-        assert image is not None
-        assert image.size == (cells.width * 8, cells.height * 16)
-        assert np.array(image).any()
+        assert image is not None and image.any()
+        assert image.shape == (cells.height * 16, cells.width * 8, 3)
         await driven.tell(AIM)
         assert driven.app.screen.query_one(ToldImage).image is None
 

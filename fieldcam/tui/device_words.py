@@ -48,8 +48,8 @@ class Disk:
 def camera_facts(state: CameraState, last: LastCamera | None) -> Iterator[Fact]:
     yield Fact("camera", CAMERA[state], state is CameraState.LOST)
     if last is not None:
-        taken = f"the last picture, {last.taken_at:%d %b %H:%M}"
-        yield Fact("", f"left eye {last.left_serial}, right eye {last.right_serial} ({taken})")
+        eyes = f"left eye {last.left_serial}, right eye {last.right_serial}"
+        yield Fact("", f"{last.taken_at:%d %b %H:%M}: {eyes}")
 
 
 def model_facts(models: Models | None) -> Iterator[Fact]:
@@ -103,6 +103,8 @@ def analysis_facts(status: AnalysisStatus) -> Iterator[Fact]:
 
 
 def _training(model: ModelFile) -> str:
-    """What its data were, in a line; all of it is in the manifest."""
+    """What its data were, in a line; how they were made is in the manifest."""
     data = model.facts.get("data")
-    return shorten(data, 150, placeholder=" ...") if isinstance(data, str) else "data not told"
+    if not isinstance(data, str):
+        return "trained on data unknown here"
+    return shorten(f"trained on {data.partition(' (')[0]}", 150, placeholder=" ...")

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from importlib import import_module
 from importlib.util import find_spec
 
 from fieldcam.errors import ExtraMissing
@@ -67,9 +68,16 @@ def chosen_look(environ: Mapping[str, str], ask: Callable[[], Pictures] = ask_te
     if terminal == "linux":
         return Look(Pictures.NONE if named == Pictures.NONE else Pictures.CELLS, CONSOLE.name)
     pictures = Pictures(named) if named in tuple(Pictures) else ask()
-    if pictures in PIXELS and find_spec(LIBRARY) is None:
-        raise ExtraMissing(
-            f"{VARIABLE} is {pictures}, which needs the extra `pictures`.",
-            "Install it with: pip install 'fieldcam[pictures]'",
-        )
+    if pictures in PIXELS:
+        _load()
     return Look(pictures)
+
+
+def _load() -> None:
+    """The library asks the terminal for the size of its cells, which no running app can."""
+    if find_spec(LIBRARY) is None:
+        raise ExtraMissing(
+            "Pictures in pixels need the extra `pictures`.",
+            f"Install it with: pip install 'fieldcam[pictures]', or unset {VARIABLE}.",
+        )
+    import_module(f"{LIBRARY}.widget")
