@@ -20,6 +20,7 @@ from fieldcam.session.battery import Battery
 from fieldcam.session.events import Refused
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.session.viewing import WalkView
+from fieldcam.store.days import cluster_days
 from fieldcam.store.judgement_rows import Action, Decision, FruitletMark, MarkKind, Note, Skip
 from fieldcam.store.space import Space
 from fieldcam.store.walks import ClusterState
@@ -33,6 +34,7 @@ from fieldcam.tui.device_words import (
     disk_fact,
 )
 from fieldcam.tui.histogram import histogram
+from fieldcam.tui.history_words import day_lines
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 
@@ -279,6 +281,17 @@ def test_bars_of_sizes_by_day() -> None:
     assert histogram(days, 20, 10)[0] == "    mm 25 May"
     assert histogram(days, 47, 3)[1].split()[0] == "6-8"
     assert histogram([], 47, 10) == histogram(days[1:2], 47, 10) == ["No sizes yet."]
+
+
+def test_growth_is_told_as_exactly_as_it_can_be(past: Past) -> None:
+    first, second = cluster_days(past.made.store.database, past.made.block, 11)
+    fewer = list(day_lines([first, second]))
+    assert fewer[1:4:2] == ["21 May  5: 11.00 mm", "23 May  4: 10.50 mm, ~-0.25 a day"]
+    alike = replace(first, day=second.day)
+    assert list(day_lines([first, alike]))[3] == "23 May  5: 11.00 mm, +0.00 a day"
+    assert list(day_lines([first, first]))[3] == "21 May  5: 11.00 mm"
+    unseen = replace(second, pictures=(), marks=())
+    assert list(day_lines([first, unseen]))[3:] == ["23 May  no accepted picture"]
 
 
 def test_durations_are_said_in_words() -> None:

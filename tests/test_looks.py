@@ -66,7 +66,7 @@ def test_only_a_terminal_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(looks, "find_spec", lambda name: object())
     # Would raise ImportError, or write to the terminal.
     monkeypatch.setitem(sys.modules, "textual_image", None)
-    assert not sys.stdin.isatty() or not sys.stdout.isatty()
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False)
     assert ask_terminal() is Pictures.BLOCKS
 
 

@@ -23,6 +23,7 @@ from fieldcam.store.judgement_rows import (
     TargetCorrection,
 )
 from fieldcam.store.said import said
+from fieldcam.store.space import Space
 from fieldcam.store.usage import bytes_per_capture, last_camera, newest_readings
 
 
@@ -168,3 +169,11 @@ def test_what_pictures_cost_and_which_camera_took_them(walk: MadeWalk) -> None:
     assert camera is not None
     assert (camera.left_serial, camera.right_serial) == ("L1", "R1")
     assert newest_readings(database, 3) == (reading,)
+
+
+@pytest.mark.parametrize(("free", "left"), [(999, 0), (1000, 1), (1099, 1), (1100, 2)])
+def test_room_is_counted_in_captures(
+    free: int, left: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Space, "free_bytes", free)
+    assert Space(tmp_path, needed=1000).captures_left(100.0) == left

@@ -89,10 +89,11 @@ def _counted(day: ClusterDay) -> str:
 
 def _growth(before: ClusterDay, day: ClusterDay) -> str:
     """Of unlike counts it can only be said roughly, as those that fell were small."""
-    if not day.sizes_mm or not before.sizes_mm:
+    elapsed = (day.day - before.day).days
+    if not day.sizes_mm or not elapsed:
         return ""
     roughly = "" if len(day.sizes_mm) == len(before.sizes_mm) else "~"
-    rate = (mean(day.sizes_mm) - mean(before.sizes_mm)) / (day.day - before.day).days
+    rate = (mean(day.sizes_mm) - mean(before.sizes_mm)) / elapsed
     return f", {roughly}{rate:+.2f} a day"
 
 
