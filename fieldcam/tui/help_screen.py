@@ -22,6 +22,8 @@ O       route: go to any cluster V       this cluster on all days
 B       block: sizes, missing    I       device: camera, disk, battery
 L       log                      D       day or night colours
 Ctrl+P  all commands             Q       end the walk
+On Cluster: left, right pictures; K the king; M one measured by hand;
+PgUp, PgDn what was said. On Device: R starts the analysis again.
 
 A picture is saved before it is read: walk on whenever you like.
 CONFIRM asks why there are fewer fruitlets than last visit; F or H
