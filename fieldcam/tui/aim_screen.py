@@ -54,7 +54,7 @@ class AimScreen(Page):
 
     def body(self) -> ComposeResult:
         with Horizontal(id="sight"):
-            yield PreviewView(id="preview")
+            yield PreviewView(self.pictures, id="preview")
             with Vertical(id="cue"):
                 yield BannerView(id="next")
                 yield RangeView(id="range")

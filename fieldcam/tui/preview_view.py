@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 from textual.strip import Strip
 from textual.widget import Widget
 
+from fieldcam.tui.looks import Pictures
 from fieldcam.tui.picture import frame_of, shrink
 from fieldcam.tui.picture_view import full_cells, half_blocks
 from fieldcam.values import ImageU8
@@ -16,9 +15,10 @@ from fieldcam.values import ImageU8
 class PreviewView(Widget):
     """Shows the last picture of the left eye, blank before there is one."""
 
-    def __init__(self, id: str | None = None) -> None:
+    def __init__(self, pictures: Pictures, id: str | None = None) -> None:
         super().__init__(id=id)
-        self._halves = 1 if os.environ.get("TERM") == "linux" else 2
+        self.display = pictures is not Pictures.NONE
+        self._halves = 1 if pictures is Pictures.CELLS else 2
         self._picture: ImageU8 | None = None
         self._strips: list[Strip] = []
 
