@@ -183,11 +183,11 @@ class FieldcamApp(App[None]):
         self.post_message(Heard(event))
 
     def _open(self, make: Callable[[Walk, WalkState | None], Page]) -> None:
-        """Over the Walk screen, to which Escape goes back; never over a question."""
+        """Over the Walk or Aim screen, to which Escape goes back; never over a question."""
         if self.walk is None or not isinstance(self.screen, Page):
             return
         page = self._dressed(make(self.walk, self.state))
-        if isinstance(self.screen, WalkScreen):
+        if isinstance(self.screen, WalkScreen | AimScreen):
             self.push_screen(page)
         else:
             self.switch_screen(page)
