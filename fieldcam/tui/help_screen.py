@@ -16,7 +16,6 @@ T       say which tag it is      C       another cluster is the target
 X       strike a false fruitlet  N       write a note
 K       skip this cluster        U       undo the last decision
 left, right   another tag        up, down   another fruitlet
-
 A       aim; Space or a remote's key fires there too, G by itself
 O       route: go to any cluster V       this cluster on all days
 B       block: sizes, missing    I       device: camera, disk, battery
