@@ -32,6 +32,9 @@ READING_SCHEMA_VERSION = 1
 TAG_SIZE_MM = 27.95
 """Side of the black border of the authors' printed tag36h11."""
 
+HIGHEST_TAG_ID = 586
+"""Of the family tag36h11."""
+
 
 NEAREST_MM, FARTHEST_MM = 300.0, 600.0
 """Of the tag: the working range that the operator is told."""

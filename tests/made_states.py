@@ -152,6 +152,9 @@ class NotedWalk:
     def step(self, by: int) -> None:
         self.asked.append(("step", by))
 
+    def next_tree(self) -> None:
+        self.asked.append(("next_tree",))
+
     def undo(self) -> None:
         self.asked.append(("undo",))
 

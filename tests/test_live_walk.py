@@ -27,6 +27,7 @@ from fieldcam.session.state import CameraState, Stage, WalkState
 from fieldcam.store.connection import rows
 from fieldcam.store.history import visit_captures
 from fieldcam.store.judgement_rows import MarkKind
+from fieldcam.store.orchard_rows import Route
 from fieldcam.store.walks import ClusterState
 from fieldcam.values import Expectation, ReasonCode
 from fieldcam.values import Status as VerdictStatus
@@ -323,10 +324,14 @@ def test_stepping_goes_round_the_route(walk: Walked) -> None:
 
 
 def test_when_all_is_done_it_is_said(walk: Walked) -> None:
+    walk.store.append(Route(walk.made.block, walk.made.tags))
     walk.start()
     for _ in range(3):
         walk.after(walk.live.skip, Done)
     _, state = walk.after(walk.live.skip, Done)
     assert (state.tag_id, state.next_tag) == (None, None)
-    refused, _ = walk.after(walk.live.shoot, Refused)
+    refused, _ = walk.after(walk.live.accept, Refused)
     assert refused.sentence.startswith("All clusters are done.")
+    doubt, _ = walk.after(walk.live.shoot, Doubted)
+    assert doubt.sentence.startswith("All clusters are done.")
+    assert walk.camera.taken == 0

@@ -166,6 +166,7 @@ KEYS = {
     "u": ("undo",),
     "left": ("step", -1),
     "right": ("step", 1),
+    "w": ("next_tree",),
 }
 
 
@@ -253,7 +254,7 @@ def test_what_was_not_saved_stays_until_something_is() -> None:
 def test_trouble_with_the_camera_is_said_and_heard() -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(CameraTrouble(CameraUnplugged("No camera answers.", "Plug it in.")))
-        assert "No picture: No camera answers. Plug it in." in driven.text
+        assert "No camera answers. Plug it in." in driven.text
 
     assert drive(SMALL, script).sound.played == [Tune.BAD]
 

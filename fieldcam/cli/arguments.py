@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import NoReturn
 
 from fieldcam.errors import BadInput
+from fieldcam.values import HIGHEST_TAG_ID
 
 Subparsers = argparse._SubParsersAction  # argparse has no public name for it
 Handler = Callable[[argparse.Namespace], None]
-HIGHEST_TAG_ID = 586
 
 
 class Parser(argparse.ArgumentParser):

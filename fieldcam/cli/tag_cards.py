@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 
 from fieldcam.cli.arguments import (
-    HIGHEST_TAG_ID,
     Parser,
     Subparsers,
     add_command,
@@ -17,7 +16,7 @@ from fieldcam.cli.arguments import (
 )
 from fieldcam.cli.console import emit, emit_json
 from fieldcam.errors import BadInput
-from fieldcam.values import TAG_SIZE_MM
+from fieldcam.values import HIGHEST_TAG_ID, TAG_SIZE_MM
 
 PAPERS = ("a4", "letter")
 

@@ -9,9 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fieldcam.session.doubt import Doubtful, NotNow
+from fieldcam.session.learning import new_cluster, tree_after
 from fieldcam.session.shutter import Shot
 from fieldcam.session.state import Shown, Stage, missing
-from fieldcam.session.viewing import WalkView
+from fieldcam.session.viewing import WalkView, is_learning
+from fieldcam.store.blocks import trees
 from fieldcam.store.history import ReadingSummary, capture_record
 from fieldcam.store.judgement_rows import (
     Action,
@@ -26,8 +28,8 @@ from fieldcam.store.judgement_rows import (
 )
 from fieldcam.store.rows import EntryId
 from fieldcam.store.walk_rows import Event, EventKind
-from fieldcam.store.walks import ClusterState
-from fieldcam.values import Status
+from fieldcam.store.walks import OPEN_STATES, ClusterState
+from fieldcam.values import HIGHEST_TAG_ID, Expectation, Status
 
 MOST_MM = 100.0
 """No apple in its first weeks is larger."""
@@ -42,14 +44,24 @@ class WalkBook:
 
     def shot(self, insist: bool = False) -> Shot:
         """The picture that is due here."""
-        tag_id, route = self._standing(), self.view.route()
-        stop, shown = route.stop(tag_id), self.view.shown(tag_id, route)
+        tag_id, route = self.view.standing(), self.view.route()
+        shown = self.view.shown(tag_id, route)
+        if tag_id is None:
+            return self._shot_of_any_tag(shown, insist)
+        stop = route.stop(tag_id)
         if stop is not None and stop.state is ClusterState.ACCEPTED and not insist:
             raise Doubtful(f"Tag {tag_id} is done already. Take it again?")
         expected = self.view.expectation(tag_id)
         if shown is None:
             return Shot(expected)
         return Shot(expected, shown.record.view, retake_of=shown.id)
+
+    def _shot_of_any_tag(self, shown: Shown | None, insist: bool) -> Shot:
+        """Which cluster it is will be read; it takes the place of a picture that shows no tag."""
+        if not insist and not self._learning:
+            raise Doubtful("All clusters are done. Take one that the route does not have?")
+        again = shown is not None and shown.stage is not Stage.ANALYSING
+        return Shot(Expectation(), retake_of=shown.id if shown is not None and again else None)
 
     def second_view(self) -> Shot:
         """A picture of the same cluster from another side, beside the last one."""
@@ -58,7 +70,7 @@ class WalkBook:
 
     def accept(self, insist: bool = False) -> str:
         """The picture counts; on to the next cluster."""
-        shown = self._shown()
+        tag_id, shown = self._standing(), self._shown()
         if shown.record.action is Action.ACCEPT:
             raise NotNow("This picture is accepted already.")
         self._check_tag(shown)
@@ -68,7 +80,6 @@ class WalkBook:
             raise Doubtful("The verdict is RETAKE. Keep this picture all the same?")
         if not insist and shown.stage is not Stage.READ:
             raise Doubtful("There is no verdict on this picture. Keep it all the same?")
-        tag_id = self._standing()
         self.view.store.append(Decision(shown.id, Action.ACCEPT))
         self._move_on(tag_id)
         return f"Tag {tag_id} accepted."
@@ -90,18 +101,24 @@ class WalkBook:
 
     def retake(self) -> str:
         """The picture does not count; the cluster waits for another one."""
-        shown, tag_id = self._shown(), self._standing()
+        shown = self._shown()
         self.view.store.append(Decision(shown.id, Action.RETAKE))
-        return f"Tag {tag_id}: take it again."
+        tag_id = self.view.standing()
+        return "Take it again." if tag_id is None else f"Tag {tag_id}: take it again."
 
     def correct_tag(self, tag_id: int, insist: bool = False) -> str:
         """The picture shows this tag, whatever was read."""
-        shown, stop = self._shown(), self.view.route().stop(tag_id)
-        if stop is None:
-            raise NotNow(f"Tag {tag_id} is not on this route.")
-        if not insist and stop.state is ClusterState.ACCEPTED and shown.record.tag_id != tag_id:
+        shown, route = self._shown(), self.view.route()
+        if tag_id > HIGHEST_TAG_ID:
+            raise NotNow(f"There is no tag {tag_id}: they end at {HIGHEST_TAG_ID}.")
+        stop = route.stop(tag_id)
+        done = stop is not None and stop.state is ClusterState.ACCEPTED
+        if not insist and done and shown.record.tag_id != tag_id:
             raise Doubtful(f"Tag {tag_id} is done already. Is this another picture of it?")
-        self.view.store.append(TagCorrection(shown.id, tag_id))
+        if not insist and stop is None and route.planned:
+            raise Doubtful(f"Tag {tag_id} is not on this route. Does it hang in this tree?")
+        new = (new_cluster(self.view, shown.id, tag_id),) if stop is None else ()
+        self.view.store.append(TagCorrection(shown.id, tag_id), *new)
         self._stand_at(tag_id)
         return f"The picture is of tag {tag_id}."
 
@@ -182,6 +199,17 @@ class WalkBook:
             return self.go_to(tags[0 if by > 0 else -1])
         return self.go_to(tags[(tags.index(here) + by) % len(tags)])
 
+    def next_tree(self) -> str:
+        """On to the next tree: to its first cluster that needs a picture, or to learn it."""
+        tree = tree_after(self.view)
+        route, visit = self.view.route(), self.view.visit
+        stops = [stop for stop in route.stops if stop.tree == tree]
+        due = [stop for stop in stops if stop.state in OPEN_STATES]
+        tag_id = next((stop.tag_id for stop in due or stops), None)
+        self.view.store.append(Event(EventKind.WENT_TO, visit, tag_id=tag_id, tree=tree))
+        label = trees(self.view.store.database, route.block)[tree]
+        return f"Tree {label}." if stops else f"Tree {label}: each tag you take joins the route."
+
     def stand_where_undone(self, tag_id: int | None) -> None:
         """Where the operator can see what an undo changed."""
         if tag_id is not None:
@@ -189,15 +217,23 @@ class WalkBook:
 
     def _standing(self) -> int:
         tag_id = self.view.standing()
-        if tag_id is None:
-            raise NotNow("All clusters are done. Choose one on the route to go back to it.")
-        return tag_id
+        if tag_id is not None:
+            return tag_id
+        if self.view.shown(None, self.view.route()) is not None:
+            raise NotNow("Which tag this picture shows is not known yet: T says it, R retakes.")
+        if self._learning:
+            raise NotNow("Take a picture first: its tag joins the route.")
+        raise NotNow("All clusters are done. Choose one on the route to go back to it.")
 
     def _shown(self) -> Shown:
-        shown = self.view.shown(self._standing(), self.view.route())
+        shown = self.view.shown(self.view.standing(), self.view.route())
         if shown is None:
             raise NotNow("There is no picture of this cluster yet.")
         return shown
+
+    @property
+    def _learning(self) -> bool:
+        return is_learning(self.view.route(), self.view.place()[1])
 
     def _reading(self, capture: EntryId) -> ReadingSummary:
         record = capture_record(self.view.store.database, capture)

@@ -118,6 +118,9 @@ class LiveWalk:
     def step(self, by: int) -> None:
         self._order(partial(self._book.step, by))
 
+    def next_tree(self) -> None:
+        self._order(self._book.next_tree)
+
     def undo(self) -> None:
         self._order(self._undo)
 
@@ -169,7 +172,8 @@ class LiveWalk:
     def _sent(self, shot: Shot) -> str:
         self._in_flight += 1
         self._shutter.fire(shot)
-        return f"Taking tag {shot.expectation.tag_id}."
+        tag_id = shot.expectation.tag_id
+        return "Taking a new tag." if tag_id is None else f"Taking tag {tag_id}."
 
     def _heard(self, shot: Shot | None, event: events.ShutterEvent) -> None:
         """In the camera's thread."""

@@ -13,6 +13,7 @@ from typing import Protocol
 from fieldcam.analysis.status import Status
 from fieldcam.errors import AnalysisOff, FieldcamError
 from fieldcam.session.events import AnalysisTrouble, Listener, VerdictReady
+from fieldcam.session.learning import learned
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.readings import reading_row
@@ -94,5 +95,8 @@ class Readings:
             self.tell(AnalysisTrouble(saved, expectation.tag_id, error))
             return
         duration_ms = (perf_counter() - started) * 1000
-        self.view.store.append(reading_row(saved.key, reading, duration_ms))
-        self.tell(VerdictReady(saved, expectation.tag_id, reading.verdict, duration_ms))
+        # Together, so that no crash leaves a reading whose tag the route does not have.
+        new = learned(self.view, saved.key, reading)
+        self.view.store.append(reading_row(saved.key, reading, duration_ms), *new)
+        tag_id = new[0].tag_id if new else expectation.tag_id
+        self.tell(VerdictReady(saved, tag_id, reading.verdict, duration_ms))

@@ -88,7 +88,7 @@ class WalkState:
     day: date
     simulated: bool
     tag_id: int | None
-    """Where the operator stands; None: all clusters are done."""
+    """Where the operator stands; None: all clusters are done, or a new one is to be learned."""
     next_tag: int | None
     """What comes after it."""
     progress: Progress | None
@@ -98,6 +98,10 @@ class WalkState:
     route: WalkRoute
     folder: Path = Path()
     """The data folder, for screens that look further back."""
+    tree: str = ""
+    """Label of the tree that is walked; empty where it is not known."""
+    learning: bool = False
+    """The next picture's tag joins the route of this tree."""
     marks: tuple[ClusterMark, ...] = ()
     """Fruitlets of this cluster that no picture of today shows."""
     warnings: tuple[str, ...] = ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fieldcam.session.doubt import NotNow
+from fieldcam.store.blocks import last_set_up
 from fieldcam.store.connection import rows
 from fieldcam.store.judgement_rows import Undo
 from fieldcam.store.resuming import last_undoable
@@ -31,20 +32,38 @@ _NAMES = {
     "note": "the note",
     "skip": "the skipping",
     "fruitlet_mark": "the mark",
+    "tree": "the trees",
+    "cluster": "the place on the route",
+    "route": "the route",
+    "block_setting": "the number",
+    "spray": "the spray",
 }
 
 
 def undo_last(store: Store, visit: EntryId) -> tuple[str, int | None]:
     """Undo; gives what was undone and the tag that it was about."""
     last = last_undoable(store.database, store.identity.device, visit)
-    if last is None or last.kind not in _TAG:
+    if last is None:
         raise NotNow("There is nothing to undo.")
-    together = _written_together(store, last.id)
-    store.append(*(Undo(entry) for entry in together))
+    kinds = _undo(store, last.id)
     found = rows(store.database, _TAG[last.kind], last.id)
     tag_id = found[0]["tag_id"] if found else None
-    kinds = " and ".join(dict.fromkeys(_NAMES[kind] for kind in together.values()))
     return f"Undone: {kinds}{'' if tag_id is None else f' on tag {tag_id}'}.", tag_id
+
+
+def undo_last_set_up(store: Store, block: EntryId) -> str:
+    """Undo the last change of how a block is set up; gives what was undone."""
+    last = last_set_up(store.database, store.identity.device, block)
+    if last is None:
+        raise NotNow("There is nothing to undo.")
+    return f"Undone: {_undo(store, last)}."
+
+
+def _undo(store: Store, entry: EntryId) -> str:
+    """Take back what was written together with a row; gives its names."""
+    together = _written_together(store, entry)
+    store.append(*(Undo(each) for each in together))
+    return " and ".join(dict.fromkeys(_NAMES[kind] for kind in together.values()))
 
 
 def _written_together(store: Store, entry: EntryId) -> dict[EntryId, str]:
@@ -56,5 +75,5 @@ def _written_together(store: Store, entry: EntryId) -> dict[EntryId, str]:
         " WHERE last.id = ? ORDER BY standing.seq"
     )
     return {
-        row["id"]: row["kind"] for row in rows(store.database, sql, entry) if row["kind"] in _TAG
+        row["id"]: row["kind"] for row in rows(store.database, sql, entry) if row["kind"] in _NAMES
     }

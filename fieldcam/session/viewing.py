@@ -9,6 +9,7 @@ from datetime import date
 from sqlite_utils import Database
 
 from fieldcam.session.state import Shown, WalkState
+from fieldcam.store.blocks import trees
 from fieldcam.store.connection import rows
 from fieldcam.store.durations import visit_times
 from fieldcam.store.folder import DataKind
@@ -16,7 +17,7 @@ from fieldcam.store.history import CaptureRecord, ClusterMark, capture_record, c
 from fieldcam.store.lookups import row_of
 from fieldcam.store.objects import Objects
 from fieldcam.store.readings import stored_reading
-from fieldcam.store.resuming import resume
+from fieldcam.store.resuming import capture_without_tag, resume
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.store.walks import ClusterState, Stop, WalkRoute, expectation, walk_route
@@ -33,24 +34,30 @@ class WalkView:
     """The last one read: a whole reading takes a while to decode."""
 
     def standing(self) -> int | None:
-        """The tag where the operator stands; None: all are done."""
+        """The tag where the operator stands; None: all are done, or it is not known yet."""
+        return self.place()[0]
+
+    def place(self) -> tuple[int | None, EntryId | None]:
+        """The tag and the tree where the operator stands."""
         found = resume(self.store.database, self.visit)
-        return None if found is None else found.tag_id
+        return (None, None) if found is None else (found.tag_id, found.tree)
 
     def route(self) -> WalkRoute:
         return walk_route(self.store.database, self.visit)
 
     def shown(self, tag_id: int | None, route: WalkRoute) -> Shown | None:
-        """The last picture of a cluster."""
-        stop = None if tag_id is None else route.stop(tag_id)
-        if stop is None or not stop.captures:
-            return None
-        record = capture_record(self.store.database, stop.captures[-1])
+        """The last picture of a cluster; without a tag, the last one of which none is known."""
+        if tag_id is None:
+            capture = capture_without_tag(self.store.database, self.visit)
+        else:
+            stop = route.stop(tag_id)
+            capture = stop.captures[-1] if stop is not None and stop.captures else None
+        record = None if capture is None else capture_record(self.store.database, capture)
         return None if record is None else self._shown(record)
 
     def state(self) -> WalkState:
         """All that the store says; camera and analysis are the session's to add."""
-        database, route, tag_id = self.store.database, self.route(), self.standing()
+        database, route, (tag_id, tree) = self.store.database, self.route(), self.place()
         visit = row_of(database, "visit", self.visit)
         shown = self.shown(tag_id, route)
         return WalkState(
@@ -64,6 +71,8 @@ class WalkView:
             shown=shown,
             route=route,
             folder=self.store.folder.path,
+            tree=trees(database, visit["block"]).get(tree or "", ""),
+            learning=tag_id is None and is_learning(route, tree),
             marks=self._marks(visit["block"], tag_id),
             warnings=tuple(_warnings(shown, route)),
             seconds_per_cluster=visit_times(database, self.visit).median_s,
@@ -118,9 +127,21 @@ def _failure(database: Database, capture: EntryId) -> str:
     return found[0]["message"] if found else ""
 
 
+def is_learning(route: WalkRoute, tree: EntryId | None) -> bool:
+    """Where no cluster is due: whether new ones are to be found, in this tree."""
+    return not route.planned or (
+        tree is not None and all(stop.tree != tree for stop in route.stops)
+    )
+
+
 def _warnings(shown: Shown | None, route: WalkRoute) -> Iterator[str]:
-    read = None if shown is None else shown.wrong_tag
+    if shown is None:
+        return
+    read, tag_id = shown.wrong_tag, shown.record.tag_id
     if read is None:
+        here = None if tag_id is None else route.stop(tag_id)
+        if shown.record.tag_expected is None and here is not None and len(here.captures) > 1:
+            yield f"Tag {tag_id} was taken already on this visit."
         return
     stop: Stop | None = route.stop(read)
     if stop is None:

@@ -11,6 +11,9 @@ from fieldcam.store.connection import rows
 from fieldcam.store.orchard_rows import Setting
 from fieldcam.store.rows import EntryId
 
+SET_UP = ("tree", "cluster", "route", "block_setting", "spray")
+"""Tables of what is set up in a block."""
+
 
 @dataclass(frozen=True, slots=True)
 class BlockSummary:
@@ -113,3 +116,14 @@ def trees(database: Database, block: EntryId) -> dict[EntryId, str]:
     """Labels of a block's trees, in the order they were made."""
     sql = "SELECT tree.id, label FROM tree JOIN standing USING (id) WHERE block = ? ORDER BY turn"
     return {row["id"]: row["label"] for row in rows(database, sql, block)}
+
+
+def last_set_up(database: Database, device: EntryId, block: EntryId) -> EntryId | None:
+    """This device's newest standing word on how a block is set up."""
+    words = " UNION ALL ".join(f"SELECT id, block FROM {table}" for table in SET_UP)
+    sql = (
+        f"SELECT id FROM standing JOIN ({words}) AS word USING (id)"
+        " WHERE word.block = ? AND device = ? ORDER BY turn DESC LIMIT 1"
+    )
+    found = rows(database, sql, block, device)
+    return found[0]["id"] if found else None

@@ -11,11 +11,14 @@ from sqlite_utils import Database
 
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.connection import database_path, rows
+from fieldcam.store.lookups import row_of
 from fieldcam.store.objects import Objects
 from fieldcam.store.rows import EntryId
 from fieldcam.store.walk_rows import EventKind
-from fieldcam.store.walks import walk_route
+from fieldcam.store.walks import WalkRoute, walk_route
 
+_LAST = 1 << 62
+"""Larger than any turn."""
 _UNDOABLE = (
     "decision",
     "skip",
@@ -23,10 +26,6 @@ _UNDOABLE = (
     "tag_correction",
     "target_correction",
     "note",
-    "cluster",
-    "route",
-    "block_setting",
-    "spray",
 )
 
 
@@ -92,8 +91,9 @@ _ENDED = (
     f" WHERE event.visit = visit.id AND event.event = '{EventKind.VISIT_ENDED}'"
 )
 _LAST_TURN = (
-    "SELECT coalesce(max(other.turn), entry.turn) FROM capture"
-    " JOIN entry AS other ON other.id = capture.id WHERE capture.visit = visit.id"
+    "SELECT coalesce(max(other.turn), entry.turn) FROM entry AS other WHERE other.id IN ("
+    "SELECT id FROM capture WHERE capture.visit = visit.id UNION ALL"
+    f" SELECT id FROM event WHERE event.visit = visit.id AND event = '{EventKind.VISIT_OPENED}')"
 )
 
 
@@ -134,20 +134,31 @@ def last_undoable(database: Database, device: EntryId, visit: EntryId) -> Undoab
     return Undoable(found[0]["id"], found[0]["kind"]) if found else None
 
 
+def capture_without_tag(database: Database, visit: EntryId) -> EntryId | None:
+    """The visit's last picture, where nothing says yet which tag it shows.
+
+    Going to another tag or tree leaves it behind.
+    """
+    sql = (
+        "SELECT id, tag_id FROM capture_now WHERE visit = ? AND action IS NOT 'discard' AND turn >"
+        " (SELECT coalesce(max(turn), 0) FROM event JOIN standing USING (id)"
+        f" WHERE visit = ? AND event = '{EventKind.WENT_TO}') ORDER BY turn DESC LIMIT 1"
+    )
+    found = rows(database, sql, visit, visit)
+    return found[0]["id"] if found and found[0]["tag_id"] is None else None
+
+
+def tree_when_taken(database: Database, visit: EntryId, capture: EntryId) -> EntryId | None:
+    """The tree that was walked when a picture was taken."""
+    turn = row_of(database, "entry", capture)["turn"]
+    before = [*_went(database, visit, turn), *_taken(database, visit, turn)]
+    last = max(before, key=lambda row: row["turn"], default=None)
+    return None if last is None else _tree_at(walk_route(database, visit), last)
+
+
 def _standing_at(database: Database, visit: EntryId) -> tuple[int | None, EntryId | None]:
     """The later of the last picture and the last turn to another tag or tree."""
-    went = rows(
-        database,
-        "SELECT tag_id, tree, turn FROM event JOIN standing USING (id)"
-        f" WHERE visit = ? AND event = '{EventKind.WENT_TO}' ORDER BY turn DESC LIMIT 1",
-        visit,
-    )
-    taken = rows(
-        database,
-        "SELECT tag_id, action, turn FROM capture_now WHERE visit = ? AND tag_id IS NOT NULL"
-        " ORDER BY turn DESC LIMIT 1",
-        visit,
-    )
+    went, taken = _went(database, visit), _taken(database, visit)
     route = walk_route(database, visit)
     if went and (not taken or went[0]["turn"] > taken[0]["turn"]):
         tag_id = went[0]["tag_id"]
@@ -158,7 +169,33 @@ def _standing_at(database: Database, visit: EntryId) -> tuple[int | None, EntryI
     stop = None if tag_id is None else route.stop(tag_id)
     if stop is not None and stop.tree is not None:
         return tag_id, stop.tree
-    return tag_id, went[0]["tree"] if went else None
+    last = max([*went, *taken], key=lambda row: row["turn"], default=None)
+    return tag_id, None if last is None else _tree_at(route, last)
+
+
+def _went(database: Database, visit: EntryId, before: int = _LAST) -> list[dict[str, Any]]:
+    """The last turn to another tag or tree."""
+    sql = (
+        "SELECT tag_id, tree, turn FROM event JOIN standing USING (id)"
+        f" WHERE visit = ? AND event = '{EventKind.WENT_TO}' AND turn < ?"
+        " ORDER BY turn DESC LIMIT 1"
+    )
+    return rows(database, sql, visit, before)
+
+
+def _taken(database: Database, visit: EntryId, before: int = _LAST) -> list[dict[str, Any]]:
+    """The last picture of a known tag."""
+    sql = (
+        "SELECT tag_id, action, turn FROM capture_now"
+        " WHERE visit = ? AND tag_id IS NOT NULL AND turn < ? ORDER BY turn DESC LIMIT 1"
+    )
+    return rows(database, sql, visit, before)
+
+
+def _tree_at(route: WalkRoute, place: dict[str, Any]) -> EntryId | None:
+    """The tree that a turn names, else the one in which its tag, or that of a picture, hangs."""
+    stop = None if place["tag_id"] is None else route.stop(place["tag_id"])
+    return place.get("tree") or (None if stop is None else stop.tree)
 
 
 def _undecided(database: Database, visit: EntryId) -> tuple[EntryId, ...]:

@@ -22,6 +22,10 @@ class EventKind(StrEnum):
     WENT_TO = "went_to"
     """The operator turned to another tag or tree than the route's next."""
     VISIT_ENDED = "visit_ended"
+    VISIT_OPENED = "visit_opened"
+    """The app was opened on it, or came back to it from another block."""
+    SIGNED_IN = "signed_in"
+    """Whoever wrote the row is at the app from then on."""
 
 
 class ObjectRole(StrEnum):

@@ -64,6 +64,8 @@ class WalkRoute:
     block: EntryId
     visit: EntryId
     stops: tuple[Stop, ...]
+    planned: bool = False
+    """Its order was given; else it is what was learned by walking."""
 
     def stop(self, tag_id: int) -> Stop | None:
         """The stop of this tag; None where the route has none."""
@@ -97,7 +99,8 @@ def walk_route(database: Database, visit: EntryId) -> WalkRoute:
         state = _state(taken, skipped.get(place["tag_id"], 0))
         ids = tuple(row["id"] for row in taken)
         stops.append(Stop(place["tag_id"], place["tree"], place["label"] or "", state, ids))
-    return WalkRoute(block, visit, tuple(stops))
+    planned = bool(rows(database, "SELECT 1 FROM route_now WHERE block = ?", block))
+    return WalkRoute(block, visit, tuple(stops), planned)
 
 
 def expectation(database: Database, visit: EntryId, tag_id: int) -> Expectation:
@@ -141,13 +144,21 @@ def _places(database: Database, block: EntryId) -> list[dict[str, Any]]:
         block,
     )
     planned = rows(database, "SELECT tag_ids, turn FROM route_now WHERE block = ?", block)
-    if not planned:
-        return clusters
     known = {cluster["tag_id"]: cluster for cluster in clusters}
-    tags = list(dict.fromkeys(json.loads(planned[0]["tag_ids"])))
-    learned = [c for c in clusters if c["turn"] > planned[0]["turn"] and c["tag_id"] not in tags]
+    tags = list(dict.fromkeys(json.loads(planned[0]["tag_ids"]))) if planned else []
+    since = planned[0]["turn"] if planned else 0
     unknown: dict[str, Any] = {"tree": None, "label": None}
-    return [known.get(tag, {"tag_id": tag, **unknown}) for tag in tags] + learned
+    places = [known.get(tag, {"tag_id": tag, **unknown}) for tag in tags]
+    for learned in clusters:
+        if learned["turn"] > since and learned["tag_id"] not in tags:
+            places.insert(_after_its_tree(places, learned["tree"]), learned)
+    return places
+
+
+def _after_its_tree(places: list[dict[str, Any]], tree: EntryId | None) -> int:
+    """Where a tag that was learned later is walked: with its tree, or at the end."""
+    same = [index for index, place in enumerate(places) if place["tree"] == tree]
+    return same[-1] + 1 if same else len(places)
 
 
 def _captures_by_tag(database: Database, visit: EntryId) -> dict[int, list[dict[str, Any]]]:

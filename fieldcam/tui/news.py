@@ -28,19 +28,23 @@ def news(event: events.LiveEvent) -> News | None:
         case events.Refused(sentence):
             return News(sentence, bad=True)
         case events.Saved(_, tag_id, duration_ms):
-            return News(f"Tag {tag_id} saved ({duration_ms:.0f} ms).")
+            return News(f"{_name(tag_id)} saved ({duration_ms:.0f} ms).")
         case events.VerdictReady(_, tag_id, verdict, duration_ms):
             tune = Tune.GOOD if verdict.status is Status.ACCEPT else Tune.BAD
             took = f"{duration_ms / 1000:.1f} s"
-            return News(f"Tag {tag_id}: {verdict.status.upper()} ({took}).", tune=tune)
+            return News(f"{_name(tag_id)}: {verdict.status.upper()} ({took}).", tune=tune)
         case events.AnalysisTrouble(_, tag_id, error):
-            return News(f"Tag {tag_id}: {error}", bad=True, tune=Tune.BAD)
+            return News(f"{_name(tag_id)}: {error}", bad=True, tune=Tune.BAD)
         case events.CameraReady(missed):
             last = " The last picture was not taken." if missed else ""
             return News(f"The camera is ready.{last}")
         case events.CameraTrouble(error):
-            return News(f"No picture: {error}", bad=True, tune=Tune.BAD)
+            return News(str(error), bad=True, tune=Tune.BAD)
         case events.StorageTrouble(error):
             return News(f"NOT SAVED: {error}", bad=True, tune=Tune.BAD, unsaved=True)
         case _:
             return None
+
+
+def _name(tag_id: int | None) -> str:
+    return "New tag" if tag_id is None else f"Tag {tag_id}"

@@ -63,15 +63,17 @@ NOT_SAVED = "NOT SAVED"
 def banner(state: WalkState) -> Banner:
     """The most important thing now."""
     if state.camera is CameraState.EXPOSING:
-        return Banner("TAKING", "dots", Tone.BUSY, f"Taking tag {state.tag_id}: hold still.")
-    if state.tag_id is None:
+        what = "a new tag" if state.tag_id is None else f"tag {state.tag_id}"
+        return Banner("TAKING", "dots", Tone.BUSY, f"Taking {what}: hold still.")
+    if state.tag_id is None and state.shown is None and not state.learning:
         return Banner("ALL DONE", "tick", Tone.GOOD, "No cluster of this route needs a picture.")
     if state.shown is None:
         return _before_the_picture(state)
     if state.shown.record.action is Action.ACCEPT:
         return Banner("DONE", "tick", Tone.GOOD, f"Tag {state.tag_id} was accepted.")
     if state.shown.record.action is Action.RETAKE:
-        return Banner("AGAIN", "cross", Tone.BAD, f"Take tag {state.tag_id} again: Space.")
+        what = "it" if state.tag_id is None else f"tag {state.tag_id}"
+        return Banner("AGAIN", "cross", Tone.BAD, f"Take {what} again: Space.")
     if state.shown.stage is Stage.READ:
         return _verdict(state, state.shown)
     return _without_reading(state, state.shown)
@@ -129,6 +131,11 @@ def _before_the_picture(state: WalkState) -> Banner:
     if state.camera is CameraState.LOST:
         sentence = "The camera does not answer: check its cable, then press Space."
         return Banner("CAMERA", "cross", Tone.BAD, sentence)
+    if state.learning:
+        tree = f" of tree {state.tree}" if state.tree else ""
+        known = "No cluster that is known is left. " if state.route.stops else ""
+        sentence = f"{known}Aim at a tag{tree}, press Space: it joins the route. W: next tree."
+        return Banner("AIM", "none", Tone.PLAIN, sentence)
     before = "" if state.before is None else f" Last visit it had {state.before} fruitlets."
     return Banner("AIM", "none", Tone.PLAIN, f"Tag {state.tag_id}: aim, press Space.{before}")
 

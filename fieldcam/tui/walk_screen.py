@@ -47,6 +47,7 @@ class WalkScreen(Page):
         Binding("u", "undo", "Undo"),
         Binding("left", "step(-1)", "Previous tag", show=False),
         Binding("right", "step(1)", "Next tag", show=False),
+        Binding("w", "next_tree", "Next tree", show=False),
         Binding("up", "choose(-1)", "Fruitlet above", show=False),
         Binding("down", "choose(1)", "Fruitlet below", show=False),
     ]
@@ -135,6 +136,9 @@ class WalkScreen(Page):
 
     def action_step(self, by: int) -> None:
         self.walk.step(by)
+
+    def action_next_tree(self) -> None:
+        self.walk.next_tree()
 
     def action_choose(self, by: int) -> None:
         self.query_one(SizesView).choose(by)
