@@ -55,7 +55,7 @@ def small_store(path: Path, clock: SteppingClock | None = None) -> Store:
 class MadeWalk:
     """A block of two trees with two tags each, and short words for walking it."""
 
-    tags = (11, 12, 21, 22)
+    tags: tuple[int, ...] = (11, 12, 21, 22)
 
     def __init__(self, store: Store) -> None:
         self.store = store

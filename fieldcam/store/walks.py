@@ -99,8 +99,12 @@ def walk_route(database: Database, visit: EntryId) -> WalkRoute:
         state = _state(taken, skipped.get(place["tag_id"], 0))
         ids = tuple(row["id"] for row in taken)
         stops.append(Stop(place["tag_id"], place["tree"], place["label"] or "", state, ids))
-    planned = bool(rows(database, "SELECT 1 FROM route_now WHERE block = ?", block))
-    return WalkRoute(block, visit, tuple(stops), planned)
+    return WalkRoute(block, visit, tuple(stops), is_planned(database, block))
+
+
+def is_planned(database: Database, block: EntryId) -> bool:
+    """Whether the order in which a block is walked was given."""
+    return bool(rows(database, "SELECT 1 FROM route_now WHERE block = ?", block))
 
 
 def expectation(database: Database, visit: EntryId, tag_id: int) -> Expectation:
