@@ -131,3 +131,11 @@ class RemoteUnreachable(FieldcamError):
     """The other end of a transfer cannot be reached."""
 
     exit_code = ExitCode.REMOTE
+
+
+class Stopped(KeyboardInterrupt):
+    """A signal ended the program, which had time to put everything in order."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.number = number

@@ -158,6 +158,9 @@ class NotedWalk:
     def undo(self) -> None:
         self.asked.append(("undo",))
 
+    def refresh(self) -> None:
+        """Nothing was written."""
+
     def restart_analysis(self) -> None:
         self.asked.append(("restart_analysis",))
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from made_states import NotedWalk
 from textual.pilot import Pilot
+from textual.widgets import Input
 
 from fieldcam.session.events import Changed, Listener, LiveEvent
+from fieldcam.session.setting_up import SetUp
 from fieldcam.session.state import WalkState
 from fieldcam.tui.app import USUAL_LOOK, FieldcamApp
 from fieldcam.tui.looks import Look
@@ -35,11 +37,23 @@ class Heard:
 class Driven:
     """The app under a pilot."""
 
-    def __init__(self, look: Look = USUAL_LOOK) -> None:
+    def __init__(
+        self,
+        setup: SetUp | None = None,
+        lines: Sequence[str] = (),
+        look: Look = USUAL_LOOK,
+    ) -> None:
         self.walk, self.sound = NotedWalk(), Heard()
         self.tricks: list[str] = []
-        tricks = {"Camera: trick": self._trick}
-        self.app = FieldcamApp(self._start, self.sound, tricks=tricks, look=look)
+        self.started = 0
+        self.app = FieldcamApp(
+            self._start,
+            self.sound,
+            lines,
+            {"Camera: trick": self._trick},
+            look=look,
+            setup=setup,
+        )
         self.pilot: Pilot[None]
 
     async def tell(self, *events: LiveEvent | WalkState) -> None:
@@ -51,6 +65,11 @@ class Driven:
     async def press(self, *keys: str) -> None:
         await self.pilot.press(*keys)
         await self.settle()
+
+    async def type(self, text: str) -> None:
+        """Into the field that has the focus, over what stands there."""
+        self.pilot.app.screen.query_one("Input:focus", Input).value = text
+        await self.press("enter")
 
     async def settle(self) -> None:
         await self.pilot.pause()
@@ -69,6 +88,7 @@ class Driven:
 
     def _start(self, listener: Listener) -> NotedWalk:
         self._listener = listener
+        self.started += 1
         return self.walk
 
 
@@ -76,11 +96,13 @@ def drive(
     size: tuple[int, int],
     script: Callable[[Driven], Awaitable[None]],
     look: Look = USUAL_LOOK,
+    setup: SetUp | None = None,
+    lines: Sequence[str] = (),
 ) -> Driven:
     """Run a script against the app in a terminal of this size."""
 
     async def run() -> Driven:
-        driven = Driven(look)
+        driven = Driven(setup, lines, look)
         async with driven.app.run_test(size=size) as pilot:
             driven.pilot = pilot
             await driven.settle()

@@ -118,7 +118,7 @@ def test_a_folder_is_walked_at_a_terminal_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, terminal: bool
 ) -> None:
     asked: list[tuple[object, ...]] = []
-    monkeypatch.setattr(demo, "_at_a_terminal", lambda: terminal)
+    monkeypatch.setattr(demo, "at_a_terminal", lambda: terminal)
     monkeypatch.setattr(demo, "checked_models", lambda data: None)
     monkeypatch.setattr(
         "fieldcam.tui.replayed.walk_recorded_folder", lambda *arguments: asked.append(arguments)

@@ -42,7 +42,7 @@ def test_the_next_day_comes_when_the_first_one_is_done(store: Store) -> None:
 
 def test_at_a_terminal_the_demo_is_the_app(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[object, ...]] = []
-    monkeypatch.setattr(demo, "_at_a_terminal", lambda: True)
+    monkeypatch.setattr(demo, "at_a_terminal", lambda: True)
     monkeypatch.setattr(demo, "checked_models", lambda data: None)
     monkeypatch.setattr(
         "fieldcam.tui.simulated.walk_simulated_row", lambda *arguments: asked.append(arguments)

@@ -66,6 +66,13 @@ def tag_id(text: str) -> int:
     return found
 
 
+def name(text: str) -> str:
+    """An argparse type for a block's name."""
+    if not text.strip() or not text.isprintable():
+        raise argparse.ArgumentTypeError(f"{text!r} is no name")
+    return text.strip()
+
+
 def _whole_number(text: str, least: int) -> int:
     if not (text.isascii() and text.isdigit() and len(text) < 10 and int(text) >= least):
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least {least}")

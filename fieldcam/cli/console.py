@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from fieldcam.errors import OutputLost
 
 JUSTIFIERS = {"<": str.ljust, ">": str.rjust}
+
+
+def at_a_terminal() -> bool:
+    """Whether screens can be drawn here."""
+    drawable = os.environ.get("TERM", "") not in ("", "dumb", "unknown")
+    return drawable and all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr))
 
 
 def emit(text: str) -> None:
@@ -42,8 +49,10 @@ def emit_json(document: Mapping[str, Any]) -> None:
 
 def narrate(text: str) -> None:
     """A line for the person who waits."""
-    sys.stderr.write(f"{text}\n")
-    sys.stderr.flush()
+    # The terminal may have been closed; then nobody waits.
+    with suppress(OSError):
+        sys.stderr.write(f"{text}\n")
+        sys.stderr.flush()
 
 
 def table(rows: Sequence[Sequence[str]], alignment: str) -> list[str]:

@@ -7,7 +7,6 @@ are printed beside the truth.
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, count, positive_count
-from fieldcam.cli.console import emit, emit_json, narrate, table
+from fieldcam.cli.console import at_a_terminal, emit, emit_json, narrate, table
 from fieldcam.cli.networks import checked_models
 from fieldcam.errors import BadInput
 from fieldcam.values import Calibration, Settings, Status
@@ -61,7 +60,7 @@ def _demo(arguments: argparse.Namespace) -> None:
     if arguments.replay is not None:
         _replay(arguments)
         return
-    if not (arguments.headless or arguments.json) and _at_a_terminal():
+    if not (arguments.headless or arguments.json) and at_a_terminal():
         from fieldcam.tui.simulated import walk_simulated_row
 
         checked_models(arguments.data)
@@ -90,14 +89,10 @@ def _demo(arguments: argparse.Namespace) -> None:
 def _replay(arguments: argparse.Namespace) -> None:
     from fieldcam.tui.replayed import walk_recorded_folder
 
-    if arguments.headless or arguments.json or not _at_a_terminal():
+    if arguments.headless or arguments.json or not at_a_terminal():
         raise BadInput("--replay needs a terminal.", "`fieldcam import` reads a folder without.")
     checked_models(arguments.data)
     walk_recorded_folder(arguments.data, arguments.replay)
-
-
-def _at_a_terminal() -> bool:
-    return all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr))
 
 
 def _walk(arguments: argparse.Namespace, block: Block) -> Iterator[_Stop]:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
+from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, name
 from fieldcam.cli.console import emit, emit_json, narrate
 from fieldcam.cli.networks import checked_models
 from fieldcam.cli.progress import progress
@@ -27,7 +27,7 @@ def register(commands: Subparsers[Parser]) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help="the folder of captures")
     parser.add_argument(
         "--block",
-        type=_name,
+        type=name,
         required=True,
         metavar="NAME",
         help="whose clusters these are: one variety of one orchard in one season",
@@ -121,10 +121,3 @@ def _shown(folder: Path, problem: FolderProblem) -> str:
     """The sentence after the place, each named from the folder on."""
     place, text = problem.path.relative_to(folder), problem.text.replace(f"{folder}/", "")
     return text if str(place) in text else f"{place}: {text}"
-
-
-def _name(text: str) -> str:
-    """An argparse type for a block's name."""
-    if not text.strip() or not text.isprintable():
-        raise argparse.ArgumentTypeError(f"{text!r} is no name")
-    return text.strip()

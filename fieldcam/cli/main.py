@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from fieldcam import __version__
-from fieldcam.cli import demo, doctor, importing, models, sizing, stages, tag_cards
+from fieldcam.cli import app, demo, doctor, importing, models, routes, sizing, stages, tag_cards
 from fieldcam.cli.arguments import Parser
-from fieldcam.cli.console import emit, flush, narrate
-from fieldcam.errors import ExitCode, FieldcamError, OutputLost
+from fieldcam.cli.console import flush, narrate
+from fieldcam.errors import ExitCode, FieldcamError, OutputLost, Stopped
 
-GROUPS = (sizing, stages, importing, demo, tag_cards, models, doctor)
-INTERRUPTED = 130
-"""What shells expect of a program that Ctrl-C ended."""
+GROUPS = (sizing, stages, importing, routes, demo, tag_cards, models, doctor)
+OF_SIGNALS = 128
+"""Shells expect this, and the signal's number more, of a program that a signal ended."""
 
 
 def entry_point() -> None:
@@ -37,9 +38,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except FieldcamError as error:
         narrate(f"fieldcam: {error}")
         return error.exit_code
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as end:
         narrate("fieldcam: stopped.")
-        return INTERRUPTED
+        return OF_SIGNALS + (end.number if isinstance(end, Stopped) else signal.SIGINT)
     except BrokenPipeError:
         # The reader of our output went away, as `| head` does. Python would complain
         # again when it flushes at exit.
@@ -58,10 +59,9 @@ def _run(argv: Sequence[str] | None) -> int:
     parser = build_parser()
     arguments = parser.parse_args(argv)
     if arguments.handler is None:
-        emit(parser.format_help())
-        emit("The screens are not part of this version; `fieldcam demo` walks a simulated row.")
-        return ExitCode.OK
-    arguments.handler(arguments)
+        app.open_app(arguments.data, parser)
+    else:
+        arguments.handler(arguments)
     flush()
     return ExitCode.OK
 

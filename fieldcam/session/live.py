@@ -124,6 +124,10 @@ class LiveWalk:
     def undo(self) -> None:
         self._order(self._undo)
 
+    def refresh(self) -> None:
+        """Tell the state anew, since others wrote to the store."""
+        self._inbox.put(_nothing)
+
     def restart_analysis(self) -> None:
         """Start it again after it was given up, with the pictures that wait."""
         self._order(self._restart)

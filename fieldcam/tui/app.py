@@ -2,44 +2,53 @@
 
 from __future__ import annotations
 
-import asyncio
-import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from datetime import datetime
+from datetime import date, datetime
 from functools import partial
+from pathlib import PurePath
 from typing import ClassVar
 
-from textual.app import App, SystemCommand
+from textual import work
+from textual.app import SystemCommand
 from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
 from textual.screen import Screen
 from textual.scrollbar import ScrollBar, ScrollBarRender
 
+from fieldcam.errors import StorageError
 from fieldcam.models import Models
 from fieldcam.session import events
 from fieldcam.session.automatic import Automatic, accepted_since
 from fieldcam.session.commands import Walk
+from fieldcam.session.setting_up import SetUp
 from fieldcam.session.state import WalkState
-from fieldcam.tui import themes
+from fieldcam.store.rows import EntryId
+from fieldcam.tui import answers, themes
 from fieldcam.tui.aim_screen import AimScreen
-from fieldcam.tui.asking import AskYes
+from fieldcam.tui.asking import AskYes, Notice
 from fieldcam.tui.block_screen import BlockScreen
 from fieldcam.tui.cluster_screen import ClusterScreen
 from fieldcam.tui.device_screen import DeviceScreen
+from fieldcam.tui.ending import EndableApp
+from fieldcam.tui.forms import AskForm, Field
 from fieldcam.tui.help_screen import HelpScreen
 from fieldcam.tui.learning import LearnKey
 from fieldcam.tui.log_screen import LogScreen
 from fieldcam.tui.looks import Look
-from fieldcam.tui.messages import Heard
+from fieldcam.tui.messages import Heard, WalkEnded
 from fieldcam.tui.news import News, news
-from fieldcam.tui.page import Page
+from fieldcam.tui.page import Frame, Page
 from fieldcam.tui.remote import VARIABLE, shutter_keys
 from fieldcam.tui.route_screen import RouteScreen
+from fieldcam.tui.setup_questions import Questions, carried_out
+from fieldcam.tui.setup_screen import SetUpScreen
 from fieldcam.tui.sound import Silence, Sound
 from fieldcam.tui.walk_screen import WalkScreen
 
 LOG_LINES = 500
+OF_THE_WALK = ("route", "aim", "cluster", "block", "device", "log", "restart_analysis")
+DAY = Field("Day, such as 2026-05-19")
 USUAL_LOOK = Look()
 
 
@@ -53,16 +62,17 @@ class PlainBar(ScrollBarRender):
 ScrollBar.renderer = PlainBar
 
 
-class FieldcamApp(App[None]):
+class FieldcamApp(EndableApp[None]):
     """`start` makes the walk, which tells what happens to the listener it is given."""
 
     TITLE = "fieldcam"
-    CSS_PATH = "page.tcss"
+    CSS_PATH: ClassVar[list[str | PurePath]] = ["page.tcss", "buttons.tcss"]
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("o", "route", "Route"),
         Binding("v", "cluster", "Cluster"),
         Binding("b", "block", "Block"),
         Binding("i", "device", "Device"),
+        Binding("e", "set_up", "Set-up", show=False),
         Binding("l", "log", "Log", show=False),
         Binding("d", "switch_theme", "Day/night", show=False),
         Binding("question_mark", "help", "Help", key_display="?"),
@@ -77,16 +87,20 @@ class FieldcamApp(App[None]):
         tricks: Mapping[str, Callable[[], str]] | None = None,
         models: Models | None = None,
         look: Look = USUAL_LOOK,
+        setup: SetUp | None = None,
     ) -> None:
         """`lines` are what the log begins with, such as what the start-up check found.
 
         `tricks` are more commands of the palette by their names; each says what it did.
+        With a `setup`, `start` makes the walk of its visit.
         """
         # Without colours the terminal's own are left alone; bold and reverse stay.
         super().__init__(ansi_color=None if look.colour else True)
         self._start = start
         self._look = look
         self._models = models
+        self._setup = setup
+        self._visit: EntryId | None = None
         self.sound: Sound = Silence() if sound is None else sound
         self.walk: Walk | None = None
         self.state: WalkState | None = None
@@ -98,13 +112,18 @@ class FieldcamApp(App[None]):
         self.theme = look.theme
 
     def on_mount(self) -> None:
-        loop = asyncio.get_running_loop()
-        for number in (signal.SIGTERM, signal.SIGHUP):
-            # Textual would be killed by them and leave the terminal as it is.
-            loop.add_signal_handler(number, self.exit)
         self.set_keymap({"shoot": shutter_keys()})
-        self.walk = self._start(self._hear)
-        self.push_screen(self._dressed(WalkScreen(self.walk)))
+        if self._setup is None or self._setup.visit is not None:
+            self._begin_walk()
+        else:
+            self.push_screen(SetUpScreen(self._setup))
+            if self._setup.block is not None:
+                self.action_walk()
+        if self.log_lines:
+            self.push_screen(Notice(self.log_lines))
+
+    def on_walk_ended(self) -> None:
+        self._begin_walk()
 
     def on_heard(self, message: Heard) -> None:
         event = message.event
@@ -119,6 +138,32 @@ class FieldcamApp(App[None]):
             self._tell(told)
         if isinstance(event, events.Saved | events.StorageTrouble):
             self._leave_aim()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """What belongs to a walk waits for one."""
+        return self.walk is not None or action not in OF_THE_WALK
+
+    def action_set_up(self) -> None:
+        """The Set-up screen, from any other one but a question."""
+        if self._setup is not None and isinstance(self.screen, Page):
+            self._back_to_walk()
+            self.push_screen(SetUpScreen(self._setup))
+
+    def action_walk(self) -> None:
+        """The walk of the block that is set up; where the day is doubtful it is asked for."""
+        setup = self._setup
+        if setup is None:
+            self._back_to_walk()
+        elif setup.block is None:
+            self._tell(News("Choose a block first, or make one.", bad=True))
+        elif setup.visit is None and (doubt := setup.doubt()) is not None:
+            self._ask_for_day(setup, doubt)
+        elif setup.visit is None:
+            self._open_visit(setup, setup.today())
+        elif setup.visit != self._visit:
+            self._change_walk()
+        else:
+            self._back_to_walk()
 
     def action_route(self) -> None:
         self._open(RouteScreen)
@@ -171,12 +216,63 @@ class FieldcamApp(App[None]):
         yield SystemCommand("Block", "Sizes by day, what is missing", self.action_block)
         device = "Camera, networks, disk, battery, analysis"
         yield SystemCommand("Device", device, self.action_device)
+        yield SystemCommand("Set-up", "Operator, block, trees, sprays, route", self.action_set_up)
         yield SystemCommand("Log", "What happened on this walk", self.action_log)
         yield SystemCommand("Help", "All keys", self.action_help)
         yield SystemCommand("Day or night", "The other colours", self.action_switch_theme)
         again = "Start the analysis again"
         yield SystemCommand(again, "After it was given up", self.action_restart_analysis)
         yield SystemCommand("End", "End the walk; it resumes here", self.exit)
+
+    def _begin_walk(self) -> None:
+        """In place of all screens."""
+        while len(self.screen_stack) > 1:
+            self.pop_screen()
+        self.walk = self._start(self._hear)
+        self.push_screen(self._dressed(WalkScreen(self.walk)))
+        if self._setup is not None:
+            self._visit = self._setup.visit
+            if self._setup.operator is None:
+                Questions(self, self._setup, self._setup.state(), self._change).operator()
+
+    def _back_to_walk(self) -> None:
+        while self.walk is not None and not isinstance(self.screen, WalkScreen):
+            self.pop_screen()
+        if self.walk is not None:
+            self.walk.refresh()
+
+    def _ask_for_day(self, setup: SetUp, doubt: str) -> None:
+        """Whatever the answer, pictures can be taken: the visit has the day that is given."""
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                self._open_visit(setup, setup.today())
+            else:
+                self.push_screen(AskForm("Which day is it?", [DAY], answers.day), given)
+
+        def given(day: date | None) -> None:
+            self._open_visit(setup, day or setup.today())
+
+        self.push_screen(AskYes(doubt), answered)
+
+    def _open_visit(self, setup: SetUp, day: date) -> None:
+        try:
+            setup.open_visit(day)
+        except StorageError as error:
+            self._hear(events.StorageTrouble(error))
+        else:
+            self._change_walk()
+
+    @work(thread=True, group="walk")
+    def _change_walk(self) -> None:
+        """The last walk saves what was asked for first, which may take a moment."""
+        if self.walk is not None:
+            self.walk.close()
+        self.post_message(WalkEnded())
+
+    @work(thread=True, group="set-up")
+    def _change(self, change: Callable[[], str]) -> None:
+        self._hear(carried_out(change))
 
     def _hear(self, event: events.LiveEvent) -> None:
         """In the walk's threads, where nothing else of the app may be touched."""
@@ -229,5 +325,5 @@ class FieldcamApp(App[None]):
         if told.tune is not None:
             self.sound.play(told.tune)
         for screen in self.screen_stack:
-            if isinstance(screen, Page):
+            if isinstance(screen, Frame):
                 screen.hear(told)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 from textual.app import ComposeResult
@@ -32,6 +33,29 @@ class AskYes(ModalScreen[bool]):
     def on_key(self, event: Key) -> None:
         event.stop()
         self.dismiss(event.key in ("enter", "y"))
+
+
+class Notice(ModalScreen[None]):
+    """Sentences that the operator should have seen; any key closes it."""
+
+    CSS_PATH = "asking.tcss"
+
+    def __init__(self, sentences: Sequence[str]) -> None:
+        super().__init__()
+        self._sentences = tuple(sentences)
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="box"):
+            for sentence in self._sentences:
+                yield Static(sentence, markup=False)
+            yield Static("Any key: go on")
+
+    def on_key(self, event: Key) -> None:
+        event.stop()
+        self.dismiss()
+
+    def on_click(self) -> None:
+        self.dismiss()
 
 
 class AskText(ModalScreen[str | None]):

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from pathlib import Path
 
 from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.status import Limits
-from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
+from fieldcam.tui.wiring import Rig
 
 DEADLINE_S = 120.0
 """Rendering takes seconds, more on a busy machine; a real camera has no such excuse."""
@@ -35,7 +34,6 @@ def start_walk(
     visit: EntryId,
     camera: AimedCamera,
     setup: Setup,
-    log: Path,
     listener: Listener,
 ) -> LiveWalk:
     """A live walk before whose clusters the camera is aimed, one after the other."""
@@ -45,14 +43,7 @@ def start_walk(
             camera.aim(event.state.tag_id)
         listener(event)
 
-    return LiveWalk(
-        store,
-        visit,
-        camera.open,
-        lambda changed: Supervisor(setup, log, changed, LIMITS),
-        aim_and_tell,
-        DEADLINE_S,
-    )
+    return Rig(camera.open, setup, LIMITS, DEADLINE_S).walk(store, visit, aim_and_tell)
 
 
 def tricks(camera: AimedCamera, mishaps: Iterable[Mishap]) -> Mapping[str, Callable[[], str]]:

@@ -23,3 +23,7 @@ class LookedUp(Message):
     def __init__(self, show: Callable[[], None]) -> None:
         super().__init__()
         self.show = show
+
+
+class WalkEnded(Message):
+    """The walk before was closed, and the next one may begin."""

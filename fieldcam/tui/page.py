@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import closing
+from datetime import date
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -34,21 +35,8 @@ WIDE = 160
 LOW_DISK_BYTES = 1 << 30
 
 
-class Page(Screen[None]):
-    """A full screen of the walk; `show` is called with each new state."""
-
-    pictures: Pictures = Pictures.BLOCKS
-    """How pictures are shown; to be set before the screen is opened."""
-
-    def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
-        """`state` is the last one, where one is known already."""
-        super().__init__()
-        self.walk = walk
-        self.state = state
-
-    def on_mount(self) -> None:
-        if self.state is not None:
-            self.show(self.state)
+class Frame(Screen[None]):
+    """A full screen: its bar, its body, its footer."""
 
     def compose(self) -> ComposeResult:
         yield Static(id="small")
@@ -64,16 +52,14 @@ class Page(Screen[None]):
         """The widgets between the bar and the footer."""
         return ()
 
-    def show(self, state: WalkState) -> None:
-        """Show this state."""
-        self.state = state
+    def show_bar(self, block: str, day: date, simulated: bool, free_bytes: int) -> None:
+        """What stands on top."""
         self.query_one("#simulated", Static).update("SIMULATED")
-        self.query_one("#simulated").display = state.simulated
-        day = f"{state.day:%d %b %Y}"
-        self.query_one("#where", Static).update(f"{self.TITLE}   {state.block}   {day}")
-        free = state.free_bytes
-        self.query_one("#disk", Static).update(f"{free / 1e9:.0f} GB free")
-        self.query_one("#disk").set_class(free < LOW_DISK_BYTES, "-bad")
+        self.query_one("#simulated").display = simulated
+        parts = [self.TITLE or "", block, f"{day:%d %b %Y}"]
+        self.query_one("#where", Static).update("   ".join(filter(None, parts)))
+        self.query_one("#disk", Static).update(f"{free_bytes / 1e9:.0f} GB free")
+        self.query_one("#disk").set_class(free_bytes < LOW_DISK_BYTES, "-bad")
 
     def hear(self, told: News) -> None:
         """Say what came of a command, where the screen has a place for it."""
@@ -99,11 +85,36 @@ class Page(Screen[None]):
     def on_resize(self, event: Resize) -> None:
         (columns, rows), (least_columns, least_rows) = event.size, LEAST
         self.set_class(columns < least_columns or rows < least_rows, "-small")
-        was_wide = self.has_class("-wide")
-        self.set_class(columns >= WIDE, "-wide")
-        if self.has_class("-wide") and not was_wide and self.state is not None:
-            self.show(self.state)
         self.query_one("#small", Static).update(
             f"fieldcam needs a window of {least_columns}x{least_rows};"
             f" this one is {columns}x{rows}."
         )
+
+
+class Page(Frame):
+    """A full screen of the walk; `show` is called with each new state."""
+
+    pictures: Pictures = Pictures.BLOCKS
+    """How pictures are shown; to be set before the screen is opened."""
+
+    def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
+        """`state` is the last one, where one is known already."""
+        super().__init__()
+        self.walk = walk
+        self.state = state
+
+    def on_mount(self) -> None:
+        if self.state is not None:
+            self.show(self.state)
+
+    def on_resize(self, event: Resize) -> None:
+        """Besides what every screen does."""
+        was_wide = self.has_class("-wide")
+        self.set_class(event.size.width >= WIDE, "-wide")
+        if self.has_class("-wide") and not was_wide and self.state is not None:
+            self.show(self.state)
+
+    def show(self, state: WalkState) -> None:
+        """Show this state."""
+        self.state = state
+        self.show_bar(state.block, state.day, state.simulated, state.free_bytes)

@@ -21,7 +21,7 @@ from fieldcam.store.startup import startup_check
 from fieldcam.store.store import Store, open_store
 from fieldcam.store.walks import walk_route
 from fieldcam.tui.hand_aimed import start_walk, tricks
-from fieldcam.tui.simulated import run
+from fieldcam.tui.wiring import run
 
 Days = dict[date, list[CaptureFile]]
 
@@ -43,8 +43,7 @@ def walk_recorded_folder(data: Path | None, folder: Path) -> None:
         day, visit = choose_visit(store, folder.resolve().name, days)
         setup = Setup(days[day][0].calibration, data=own)
         camera = AimedCamera(RecordedDay(process, days[day]))
-        log = path / "logs" / "analysis.log"
-        start = partial(start_walk, store, visit, camera, setup, log)
+        start = partial(start_walk, store, visit, camera, setup)
         run(start, found, tricks(camera, OF_THE_CABLE), find_models(own))
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from datetime import date, timedelta
 from functools import partial
@@ -12,19 +11,15 @@ from pathlib import Path
 from fieldcam.analysis.requests import Setup
 from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedRow
-from fieldcam.models import Models, find_models
-from fieldcam.session.events import Listener
-from fieldcam.session.live import LiveWalk
+from fieldcam.models import find_models
 from fieldcam.store.folder import DataKind, data_path
-from fieldcam.store.orchard_rows import Block, Cluster
+from fieldcam.store.orchard_rows import Block, Cluster, Route
 from fieldcam.store.rows import EntryId
 from fieldcam.store.startup import startup_check
 from fieldcam.store.store import Store, open_store
 from fieldcam.store.walks import walk_route
-from fieldcam.tui.app import FieldcamApp
 from fieldcam.tui.hand_aimed import start_walk, tricks
-from fieldcam.tui.looks import chosen_look
-from fieldcam.tui.sound import VARIABLE, chosen_sound
+from fieldcam.tui.wiring import run
 
 CLUSTERS_PER_TREE = 2
 
@@ -40,32 +35,9 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
         block = _block(store, seed, orchard.row)
         day, visit = _visit(store, block, orchard.row.first_day, days)
         setup = Setup(orchard.row.calibration, data=data_path(data))
-        log = path / "logs" / "analysis.log"
         camera = AimedCamera(OrchardDay(orchard, day))
-        start = partial(start_walk, store, visit, camera, setup, log)
+        start = partial(start_walk, store, visit, camera, setup)
         run(start, found, tricks(camera, Mishap), find_models(data_path(data)))
-
-
-def run(
-    start: Callable[[Listener], LiveWalk],
-    lines: Sequence[str],
-    tricks: Mapping[str, Callable[[], str]] | None = None,
-    models: Models | None = None,
-) -> None:
-    """Run the app; whatever way it ends, the walk ends after it."""
-    look = chosen_look(os.environ)
-    if not look.colour:
-        # Textual's own sign; it is read when the app is made.
-        os.environ["NO_COLOR"] = "1"
-    app = FieldcamApp(start, lines=lines, tricks=tricks, models=models, look=look)
-    app.sound = chosen_sound(os.environ.get(VARIABLE, ""), app.bell)
-    try:
-        app.run()
-    finally:
-        if app.walk is not None:
-            app.walk.close()
-    if app.return_code:
-        raise RuntimeError("The screen ended in the middle.")
 
 
 def _block(store: Store, seed: int, row: SimulatedRow) -> EntryId:
@@ -75,6 +47,7 @@ def _block(store: Store, seed: int, row: SimulatedRow) -> EntryId:
         for index, tag_id in enumerate(row.tag_ids):
             tree = store.tree(block, str(index // CLUSTERS_PER_TREE + 1))
             store.append(Cluster(block, tag_id, tree))
+        store.append(Route(block, row.tag_ids))
     return block
 
 

@@ -99,6 +99,8 @@ def progress(state: WalkState) -> str:
     parts = [] if state.tag_id is None else [f"tag {state.tag_id}"]
     if (at := state.progress) is not None:
         parts.append(f"tree {at.tree}/{at.trees}, cluster {at.cluster}/{at.clusters}")
+    elif state.learning and state.tree:
+        parts.append(f"tree {state.tree}")
     parts.append(f"taken {done}/{len(stops)}")
     if state.next_tag not in (None, state.tag_id):
         parts.append(f"next tag {state.next_tag}")

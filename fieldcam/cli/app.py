@@ -1,0 +1,62 @@
+"""`fieldcam` alone: the app on the camera and the data folder of this machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fieldcam.cli.arguments import Parser
+from fieldcam.cli.console import at_a_terminal, emit
+from fieldcam.cli.networks import checked_models
+from fieldcam.errors import CameraUnplugged, FieldcamError
+from fieldcam.models import Models
+from fieldcam.store.folder import data_path
+
+NO_TERMINAL = (
+    "The app needs a terminal that it can draw on;"
+    " `fieldcam demo --headless` walks a simulated row without one."
+)
+
+
+def open_app(data: Path | None, parser: Parser) -> None:
+    """Run the app, or the demo where that is chosen; `data` is what `--data` said.
+
+    Without a terminal it is one sentence and the help.
+    """
+    if not at_a_terminal():
+        emit(f"{NO_TERMINAL}\n\n{parser.format_help().rstrip()}")
+        return
+    from fieldcam.store.store import DATABASE_NAME
+    from fieldcam.tui.field import walk_field
+    from fieldcam.tui.offer import Choice, offered
+
+    path = data_path(data)
+    no_camera = _no_camera()
+    if no_camera and not (path / DATABASE_NAME).exists():
+        choice = offered(no_camera)
+        if choice is None:
+            return
+        if choice is Choice.DEMO:
+            demo = parser.parse_args(["demo"])
+            demo.data = None if data is None else path.with_name(f"{path.name}-demo")
+            demo.handler(demo)
+            return
+    walk_field(path, *_networks(data))
+
+
+def _no_camera() -> str:
+    """Why there is no camera; empty where there is one."""
+    from fieldcam.camera.finding import open_camera
+
+    try:
+        open_camera().close()
+    except CameraUnplugged as error:
+        return str(error)
+    return ""
+
+
+def _networks(data: Path | None) -> tuple[Models | None, list[str]]:
+    """Those that cannot be used stop no walk, and a sentence says why: pictures wait."""
+    try:
+        return checked_models(data), []
+    except FieldcamError as error:
+        return None, [str(error)]

@@ -1,0 +1,98 @@
+"""Ends an app in good order when a signal asks for it.
+
+Textual hears no signal but Ctrl-C's: the others would kill it at once and leave the
+terminal in raw mode, on the alternate screen.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
+from typing import IO, Any, Generic, TypeVar, cast
+
+from textual.app import App
+from textual.driver import Driver
+from textual.drivers.linux_driver import LinuxDriver
+
+from fieldcam.errors import Stopped
+
+Result = TypeVar("Result")
+SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
+
+
+class Output:
+    """A terminal's output that may go away; without one nothing is written.
+
+    Textual's writing thread would die of the error, and the app wait for it for ever.
+    """
+
+    def __init__(self, terminal: IO[str]) -> None:
+        self._terminal = terminal
+
+    def write(self, text: str) -> None:
+        with suppress(OSError):
+            self._terminal.write(text)
+
+    def flush(self) -> None:
+        with suppress(OSError):
+            self._terminal.flush()
+
+    def fileno(self) -> int:
+        return self._terminal.fileno()
+
+
+class TerminalDriver(LinuxDriver):
+    """Textual's own, for a terminal that may be closed."""
+
+    def start_application_mode(self) -> None:
+        assert sys.__stderr__ is not None  # the app is run at a terminal only
+        self._file = cast(Any, Output(sys.__stderr__))
+        super().start_application_mode()  # type: ignore[no-untyped-call]
+
+
+class EndableApp(App[Result], Generic[Result]):
+    """An app that can be told to end at any moment, also before it runs."""
+
+    _loop_of_app: asyncio.AbstractEventLoop | None = None
+    _is_to_end = False
+
+    def get_driver_class(self) -> type[Driver]:
+        found = super().get_driver_class()
+        return TerminalDriver if found is LinuxDriver else found
+
+    def on_mount(self) -> None:
+        self._loop_of_app = asyncio.get_running_loop()
+        if self._is_to_end:
+            self.exit()
+
+    def end_soon(self) -> None:
+        """May be called from the handler of a signal."""
+        self._is_to_end = True
+        if self._loop_of_app is not None:
+            self._loop_of_app.call_soon_threadsafe(self.exit)
+
+
+@contextmanager
+def ended_by_signals(app: EndableApp[Any]) -> Iterator[None]:
+    """Signals end the app, and only the app; raises Stopped after it where one came."""
+    heard: list[int] = []
+
+    def hear(number: int, frame: FrameType | None) -> None:
+        heard.append(number)
+        app.end_soon()
+
+    before = {number: signal.signal(number, hear) for number in SIGNALS}
+    try:
+        yield
+    except OSError:
+        if signal.SIGHUP not in heard:
+            raise  # else the last words had no terminal to go to
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if heard:
+        raise Stopped(heard[0])

@@ -1,0 +1,94 @@
+"""What the Set-up screen says of a block, one line for each thing; no widgets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from fieldcam.session.setting_up import SetUpState, TreeFacts
+from fieldcam.store.blocks import BlockSummary, SprayRecord
+from fieldcam.store.orchard_rows import Setting
+
+WIDTH = 28
+"""Columns of the names."""
+UNKNOWN = "not known"
+
+
+class Subject(StrEnum):
+    """What a line is about, by its name on the screen."""
+
+    OPERATOR = "Operator"
+    BLOCK = "Block"
+    TREES = "Trees"
+    BLOOM = "Bloom clusters on a tree"
+    TARGET = "Apples a tree should carry"
+    SPRAYS = "Sprays"
+    ROUTE = "Route"
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line; a dead one waits for a block."""
+
+    subject: Subject
+    text: str
+    alive: bool
+
+
+def lines(state: SetUpState) -> tuple[Line, ...]:
+    """All lines, from top to bottom."""
+    values = {
+        Subject.OPERATOR: state.operator or UNKNOWN,
+        Subject.BLOCK: UNKNOWN if state.block is None else block_line(state.block),
+        Subject.TREES: str(len(state.trees)) if state.trees else UNKNOWN,
+        Subject.BLOOM: _bloom(state),
+        Subject.TARGET: _number(state.number(Setting.TARGET_FRUIT_PER_TREE)),
+        Subject.SPRAYS: _sprays(state),
+        Subject.ROUTE: _route(state),
+    }
+    return tuple(
+        Line(
+            subject,
+            f" {subject:<{WIDTH}}{value}",
+            state.block is not None or subject in (Subject.OPERATOR, Subject.BLOCK),
+        )
+        for subject, value in values.items()
+    )
+
+
+def block_line(block: BlockSummary) -> str:
+    """A block with what is known of it."""
+    season = str(block.season) if block.season else ""
+    facts = ", ".join(filter(None, [block.orchard, block.variety, season]))
+    return f"{block.name}   {facts}".rstrip()
+
+
+def spray_line(spray: SprayRecord) -> str:
+    return f"{spray.sprayed_on}  {spray.product}  {spray.rate}".rstrip()
+
+
+def tree_line(tree: TreeFacts) -> str:
+    return f"tree {tree.label}: {_number(tree.bloom_clusters)}"
+
+
+def _number(value: float | None) -> str:
+    return UNKNOWN if value is None else f"{value:g}"
+
+
+def _bloom(state: SetUpState) -> str:
+    common = state.number(Setting.BLOOM_CLUSTERS_PER_TREE)
+    own = sum(tree.bloom_clusters not in (None, common) for tree in state.trees)
+    return f"{_number(common)}   {own} counted by themselves" if own else _number(common)
+
+
+def _sprays(state: SetUpState) -> str:
+    if not state.sprays:
+        return "none"
+    return f"{len(state.sprays)}, last {spray_line(state.sprays[-1])}"
+
+
+def _route(state: SetUpState) -> str:
+    clusters = 0 if state.block is None else state.block.clusters
+    if state.planned:
+        return f"planned, {clusters} tags"
+    return f"learned by walking, {clusters} tags so far"

@@ -1,0 +1,74 @@
+"""What the app is run with, whatever stands behind the camera's port."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.status import Limits
+from fieldcam.analysis.supervisor import DEFAULTS, Supervisor
+from fieldcam.camera.port import FlashStereoDevice
+from fieldcam.models import Models
+from fieldcam.session.events import Listener
+from fieldcam.session.live import LiveWalk
+from fieldcam.session.setting_up import SetUp
+from fieldcam.session.walk import DEADLINE_S
+from fieldcam.store.rows import EntryId
+from fieldcam.store.store import Store
+from fieldcam.tui.app import FieldcamApp
+from fieldcam.tui.ending import ended_by_signals
+from fieldcam.tui.looks import chosen_look
+from fieldcam.tui.sound import VARIABLE, chosen_sound
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """The camera of a walk, and the analysis of its pictures."""
+
+    open_camera: Callable[[], FlashStereoDevice]
+    """Raises CameraUnplugged where there is none; called again when a picture is wanted."""
+    setup: Setup
+    limits: Limits = DEFAULTS
+    deadline_s: float = DEADLINE_S
+    """How long a pair may take to arrive."""
+
+    def walk(self, store: Store, visit: EntryId, listener: Listener) -> LiveWalk:
+        """A walk of this visit, begun."""
+        log = store.folder.path / "logs" / "analysis.log"
+        return LiveWalk(
+            store,
+            visit,
+            self.open_camera,
+            lambda changed: Supervisor(self.setup, log, changed, self.limits),
+            listener,
+            self.deadline_s,
+        )
+
+
+def run(
+    start: Callable[[Listener], LiveWalk],
+    lines: Sequence[str] = (),
+    tricks: Mapping[str, Callable[[], str]] | None = None,
+    models: Models | None = None,
+    setup: SetUp | None = None,
+) -> None:
+    """Run the app; whatever way it ends, the walk ends after it.
+
+    Raises Stopped where a signal ended it.
+    """
+    look = chosen_look(os.environ)
+    if not look.colour:
+        # Textual's own sign; it is read when the app is made.
+        os.environ["NO_COLOR"] = "1"
+    app = FieldcamApp(start, lines=lines, tricks=tricks, models=models, look=look, setup=setup)
+    app.sound = chosen_sound(os.environ.get(VARIABLE, ""), app.bell)
+    with ended_by_signals(app):
+        try:
+            app.run()
+        finally:
+            if app.walk is not None:
+                app.walk.close()
+    if app.return_code:
+        raise RuntimeError("The screen ended in the middle.")

@@ -1,0 +1,233 @@
+"""`fieldcam` alone, and the planned route: what they do before there is a screen."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sqlite3
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from stored_walks import FIRST_DAY, raw_pair
+
+from fieldcam.cli import app, console, main
+from fieldcam.errors import ExitCode, StorageFull
+from fieldcam.store.blocks import block_named
+from fieldcam.store.durable import storage_error
+from fieldcam.store.folder import DataKind
+from fieldcam.store.store import DATABASE_NAME, Store, open_store
+from fieldcam.store.walks import walk_route
+from fieldcam.tui.offer import Choice, Offer
+
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(autouse=True)
+def terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """There is one, and no networks have to be hashed."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "home"))
+    monkeypatch.delenv("FIELDCAM_DATA", raising=False)
+    monkeypatch.setattr(app, "at_a_terminal", lambda: True)
+    monkeypatch.setattr(app, "checked_models", lambda data: None)
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[Sequence[str]]:
+    """What each app began with; it ended at once."""
+    found: list[Sequence[str]] = []
+
+    def run(start: object, lines: Sequence[str], **_: object) -> None:
+        found.append(lines)
+
+    monkeypatch.setattr("fieldcam.tui.field.run", run)
+    return found
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    """A data folder with one picture."""
+    path = tmp_path / "data"
+    with open_store(path, DataKind.FIELD) as store:
+        store.save(raw_pair())
+    return path
+
+
+def choose(monkeypatch: pytest.MonkeyPatch, choice: Choice | None) -> list[str]:
+    """What is chosen where the demo is offered; gives the sentences that were shown."""
+    shown: list[str] = []
+
+    def offered(no_camera: str) -> Choice | None:
+        shown.append(no_camera)
+        return choice
+
+    monkeypatch.setattr("fieldcam.tui.offer.offered", offered)
+    return shown
+
+
+def test_without_a_terminal_it_is_one_sentence_and_the_help(
+    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(app, "at_a_terminal", lambda: False)
+    assert main([]) == ExitCode.OK
+    out, err = capsys.readouterr()
+    assert out.startswith("The app needs a terminal") and "usage: fieldcam" in out
+    assert "fieldcam demo" in out.splitlines()[0] and err == ""
+
+
+@pytest.mark.parametrize("term", ["dumb", "unknown", "", "xterm", "linux"])
+def test_a_dumb_terminal_is_none(term: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = SimpleNamespace(isatty=lambda: True)
+    streams = SimpleNamespace(stdin=terminal, stdout=terminal, stderr=terminal)
+    monkeypatch.setattr(console, "sys", streams)
+    monkeypatch.setenv("TERM", term)
+    assert console.at_a_terminal() == (term in ("xterm", "linux"))
+
+
+@pytest.mark.parametrize("choice", [Choice.DEMO, Choice.SET_UP, None])
+def test_without_camera_and_data_the_demo_is_offered(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    opened: list[Sequence[str]],
+    choice: Choice | None,
+) -> None:
+    demos: list[Path | None] = []
+    monkeypatch.setattr("fieldcam.cli.demo.at_a_terminal", lambda: True)
+    monkeypatch.setattr("fieldcam.cli.demo.checked_models", lambda data: None)
+    monkeypatch.setattr(
+        "fieldcam.tui.simulated.walk_simulated_row", lambda data, *rest: demos.append(data)
+    )
+    shown = choose(monkeypatch, choice)
+    folder = tmp_path / "data"
+    assert main(["--data", str(folder)]) == ExitCode.OK
+    assert shown[0].startswith("No camera: ")
+    assert demos == ([tmp_path / "data-demo"] if choice is Choice.DEMO else [])
+    assert len(opened) == (choice is Choice.SET_UP)
+    assert folder.exists() == (choice is Choice.SET_UP)
+
+
+@pytest.mark.parametrize(
+    ("key", "choice"),
+    [("enter", Choice.DEMO), ("d", Choice.DEMO), ("e", Choice.SET_UP), ("q", None)],
+)
+def test_the_offer_takes_one_key(key: str, choice: Choice | None) -> None:
+    async def press() -> Choice | None:
+        offer = Offer("No camera: none was found.")
+        async with offer.run_test(size=(80, 24)) as pilot:
+            await pilot.press(key)
+        return offer.return_value
+
+    assert asyncio.run(press()) is choice
+
+
+def test_with_data_it_goes_on(data: Path, opened: list[Sequence[str]]) -> None:
+    assert main(["--data", str(data)]) == ExitCode.OK
+    assert list(opened[0]) == []
+
+
+def damage(data: Path) -> None:
+    (data / DATABASE_NAME).write_bytes(b"no database" * 1000)
+
+
+def age(data: Path) -> None:
+    with sqlite3.connect(data / DATABASE_NAME) as connection:
+        connection.execute("PRAGMA user_version=999")
+    connection.close()
+
+
+def make_simulated(data: Path) -> None:
+    (data / "fieldcam-data.json").write_text('{"kind": "simulated"}')
+
+
+def hide_behind_a_file(data: Path) -> None:
+    (data / "in-use.lock").unlink()
+    (data / "in-use.lock").mkdir()
+
+
+@pytest.mark.parametrize(
+    ("harm", "sentence"),
+    [
+        (damage, "is damaged"),
+        (age, "was written by a newer fieldcam"),
+        (make_simulated, "holds simulated captures"),
+        (hide_behind_a_file, "cannot be written"),
+    ],
+)
+def test_a_folder_that_cannot_be_opened_is_one_sentence(
+    capsys: Capture,
+    data: Path,
+    opened: list[Sequence[str]],
+    harm: Callable[[Path], None],
+    sentence: str,
+) -> None:
+    harm(data)
+    assert main(["--data", str(data)]) == ExitCode.STORAGE
+    out, err = capsys.readouterr()
+    assert (out, opened) == ("", [])
+    assert sentence in err and len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "sentence"),
+    [
+        (OSError(30, os.strerror(30)), "Read-only file system"),
+        (OSError(28, os.strerror(28)), "No room is left"),
+    ],
+)
+def test_a_disk_that_takes_nothing_is_one_sentence(
+    capsys: Capture,
+    data: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    error: OSError,
+    sentence: str,
+) -> None:
+    def fail(path: Path) -> None:
+        raise storage_error(path, error)
+
+    monkeypatch.setattr("fieldcam.store.store.FolderLock", fail)
+    assert main(["--data", str(data)]) == ExitCode.STORAGE
+    assert sentence in capsys.readouterr().err
+
+
+def test_what_the_folder_lacks_is_said_and_the_app_opens(
+    data: Path, opened: list[Sequence[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    next(data.glob("objects/*/*.pgm")).unlink()
+
+    def wrong(data: Path) -> None:
+        raise StorageFull("The networks are not whole.")
+
+    monkeypatch.setattr(app, "checked_models", wrong)
+    with open_store(data, DataKind.FIELD):
+        assert main(["--data", str(data)]) == ExitCode.OK
+    first, missing, in_use = opened[0]
+    assert first == "The networks are not whole."
+    assert missing.startswith("Image files that are missing: 1")
+    assert in_use == "Another fieldcam has this data folder open."
+
+
+def test_a_route_is_planned_from_a_table(capsys: Capture, tmp_path: Path) -> None:
+    table = tmp_path / "route.csv"
+    table.write_text("tree,tag\n1,5\n2,8\n")
+    command = ["route", "import", str(table), "--block", "North", "--data", str(tmp_path / "d")]
+    assert main(command) == ExitCode.OK
+    assert capsys.readouterr().out == "Block North: The route has 2 tags in 2 trees.\n"
+    with open_store(tmp_path / "d", DataKind.FIELD) as store:
+        assert planned(store) == [5, 8]
+
+
+def planned(store: Store) -> list[int]:
+    block = block_named(store.database, "North")
+    assert block is not None
+    visit = store.visit(block.id, FIRST_DAY)
+    return [stop.tag_id for stop in walk_route(store.database, visit).stops]
+
+
+@pytest.mark.parametrize("rest", [["import"], ["import", "absent.csv", "--block", "North"], []])
+def test_a_route_that_cannot_be_read_is_one_sentence(
+    capsys: Capture, tmp_path: Path, rest: list[str]
+) -> None:
+    assert main(["--data", str(tmp_path / "d"), "route", *rest]) == ExitCode.BAD_INPUT
+    assert len(capsys.readouterr().err.splitlines()) == 1
+    assert not (tmp_path / "d").exists()

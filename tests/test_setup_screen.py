@@ -1,0 +1,332 @@
+"""The Set-up screen: every line by keys and by mouse, and the way to the walk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from datetime import date, timedelta
+from functools import partial
+from pathlib import Path
+
+import pytest
+from made_states import AIM
+from screens import LARGE, SMALL, Driven, check_golden, drive
+from stored_walks import FIRST_DAY, small_store
+from textual.geometry import Offset
+from textual.widgets import OptionList
+
+from fieldcam.errors import BadInput, StorageFull
+from fieldcam.session.setting_up import SetUp
+from fieldcam.store.blocks import VisitSummary
+from fieldcam.store.blocks import visits as visits_of
+from fieldcam.store.orchard_rows import Block, Setting
+from fieldcam.store.space import Space
+from fieldcam.store.store import Store
+from fieldcam.tui import answers
+from fieldcam.tui.buttons import BigButton
+from fieldcam.tui.setup_screen import SetUpScreen
+from fieldcam.tui.setup_telling import Subject
+from fieldcam.tui.walk_screen import WalkScreen
+
+SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
+BLOOM, TARGET = Setting.BLOOM_CLUSTERS_PER_TREE, Setting.TARGET_FRUIT_PER_TREE
+
+
+class Clock:
+    """Says a day."""
+
+    def __init__(self) -> None:
+        self.day = FIRST_DAY
+
+    def __call__(self) -> date:
+        return self.day
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
+    monkeypatch.setattr(Space, "free_bytes", 72_000_000_000)
+    with small_store(tmp_path / "data") as opened:
+        yield opened
+
+
+@pytest.fixture
+def setup(store: Store, clock: Clock) -> SetUp:
+    return SetUp(store, clock)
+
+
+@pytest.fixture
+def north(setup: SetUp) -> SetUp:
+    """Ana walks block North today."""
+    setup.sign_in("Ana")
+    setup.new_block(Block("North", "Home", "Gala", 2026))
+    setup.open_visit(FIRST_DAY)
+    return setup
+
+
+async def choose(driven: Driven, subject: Subject) -> None:
+    """Press Enter on a line."""
+    options = driven.app.screen.query_one(OptionList)
+    options.highlighted = options.get_option_index(subject.name)
+    await driven.press("enter")
+
+
+@SIZES
+def test_what_is_set_up_is_seen(north: SetUp, size: tuple[int, int]) -> None:
+    north.set_trees(10)
+    north.set_number(BLOOM, 120)
+    north.set_number(BLOOM, 95, north.state().trees[1].id)
+    north.set_number(TARGET, 40)
+    north.add_spray(FIRST_DAY - timedelta(days=2), "Brevis", "2.2 kg/ha")
+
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        check_golden(f"setup-{size[0]}x{size[1]}", driven.text)
+
+    drive(size, script, setup=north)
+
+
+def test_the_first_start_is_set_up_by_keys(setup: SetUp) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.press("o", "l", "escape")
+        assert "Choose a block first, or make one." in driven.text
+        await choose(driven, Subject.OPERATOR)
+        await driven.type("Ana")
+        assert "Ana walks." in driven.text
+        await choose(driven, Subject.BLOCK)
+        for text in ("North", "Home", "Gala", "2026"):
+            await driven.type(text)
+        assert "North   Home, Gala, 2026" in driven.text
+        await driven.press("escape")
+        assert isinstance(driven.app.screen, WalkScreen)
+
+    assert drive(SMALL, script, setup=setup).started == 1
+    assert setup.visit is not None
+
+
+def test_every_line_is_changed_and_undone(north: SetUp, tmp_path: Path) -> None:
+    route = tmp_path / "route.csv"
+    route.write_text("tree,tag\n1,5\n1,6\n2,8\n")
+
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.TREES)
+        await driven.type("2")
+        await choose(driven, Subject.BLOOM)
+        await driven.press("end", "enter")
+        await driven.type("120")
+        await choose(driven, Subject.BLOOM)
+        await driven.press("home", "enter")
+        await driven.type("95,5")
+        await choose(driven, Subject.TARGET)
+        await driven.type("40")
+        await choose(driven, Subject.SPRAYS)
+        for text in ("2026-05-19", "Brevis", "2.2 kg/ha"):
+            await driven.type(text)
+        await choose(driven, Subject.ROUTE)
+        await driven.type(str(route))
+        for expected in (
+            "Trees                       2",
+            "120   1 counted by themselves",
+            "should carry  40",
+            "1, last 2026-05-19  Brevis  2.2 kg/ha",
+            "planned, 3 tags",
+            "The route has 3 tags in 2 trees.",
+        ):
+            assert expected in driven.text
+        await driven.press(*"uuu")
+        assert "learned by walking, 0 tags so far" in driven.text
+        assert "Sprays                      none" in driven.text
+        assert "should carry  not known" in driven.text
+
+    drive(SMALL, script, setup=north)
+
+
+def test_a_spray_that_was_none_is_struck_out(north: SetUp) -> None:
+    north.add_spray(FIRST_DAY, "Mistake", "")
+
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.SPRAYS)
+        assert "2026-05-21  Mistake   (Enter strikes it out)" in driven.text
+        await driven.press("home", "enter")
+        assert "The spray was struck out." in driven.text
+
+    drive(SMALL, script, setup=north)
+    assert north.state().sprays == ()
+
+
+def test_what_is_typed_wrongly_stays_with_a_sentence(north: SetUp) -> None:
+    before = north.state()
+
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.TREES)
+        await driven.type("none")
+        assert "none is no whole number." in driven.text
+        await driven.press("escape")
+        assert isinstance(driven.app.screen, SetUpScreen)
+
+    drive(SMALL, script, setup=north)
+    assert north.state() == before
+
+
+WRONG: list[tuple[Callable[[str], object], str, str]] = [
+    (answers.count, "", "Nothing is no whole number."),
+    (answers.count, "2.5", "2.5 is no whole number."),
+    (partial(answers.count, least=1, most=9), "10", "It must be between 1 and 9."),
+    (answers.number, "-3", "-3 is no number of at least 0."),
+    (answers.number, "nan", "nan is no number of at least 0."),
+    (answers.file, " ", "Give the name of a file."),
+    (partial(answers.name, what="The block"), "  ", "The block needs a name."),
+    (partial(answers.name, what="The block"), "x" * 61, "The block: at most 60 letters."),
+    (answers.day, "19.5.", "Write the day as year-month-day, such as 2026-05-19."),
+]
+
+
+@pytest.mark.parametrize(("read", "text", "sentence"), WRONG)
+def test_what_is_no_answer_is_said(read: Callable[[str], object], text: str, sentence: str) -> None:
+    with pytest.raises(BadInput) as found:
+        read(text)
+    assert str(found.value) == sentence
+
+
+def test_all_of_it_by_mouse(north: SetUp) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        row = list(Subject).index(Subject.TREES)
+        await driven.pilot.click("#subjects", offset=Offset(5, 1 + row))
+        await driven.settle()
+        assert "How many trees" in driven.text
+        await driven.press("4")
+        await click(driven, "TAKE IT")
+        assert "The block has 4 trees." in driven.text
+        await click(driven, "UNDO")
+        assert "Undone: the trees." in driven.text
+        await click(driven, "CHANGE")
+        await click(driven, "BACK")
+        await click(driven, "TO THE WALK")
+        assert isinstance(driven.app.screen, WalkScreen)
+
+    drive(SMALL, script, setup=north)
+
+
+async def click(driven: Driven, label: str) -> None:
+    """On the big button of this label."""
+    buttons = driven.app.screen.query(BigButton)
+    await driven.pilot.click(next(each for each in buttons if label in str(each.label)))
+    await driven.settle()
+
+
+def test_set_up_is_reached_from_everywhere_but_a_question(north: SetUp) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(AIM)
+        for keys in ("", "o", "l"):
+            await driven.press(*keys, "e")
+            assert "Everything may wait." in driven.text
+            await driven.press("e")
+            assert "aim, press Space" in driven.text
+        await driven.press("n", "e")
+        assert "A note on this picture" in driven.text
+
+    drive(SMALL, script, setup=north)
+
+
+def test_another_block_is_another_walk(north: SetUp) -> None:
+    north.new_block(Block("South"))
+    north.choose_block("North")
+    north.open_visit(FIRST_DAY)
+
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.BLOCK)
+        await driven.press("home", "down", "enter", "escape")
+        assert isinstance(driven.app.screen, WalkScreen)
+        assert (driven.started, driven.walk.asked) == (2, [("close",)])
+
+    drive(SMALL, script, setup=north)
+
+
+def test_an_operator_is_asked_for_once_and_never_needed(setup: SetUp, store: Store) -> None:
+    setup.new_block(Block("North"))
+    setup.open_visit(FIRST_DAY)
+
+    async def script(driven: Driven) -> None:
+        assert "Who walks?" in driven.text
+        await driven.press("escape", "space")
+        assert driven.walk.asked == [("shoot",)]
+
+    drive(SMALL, script, setup=setup)
+    assert store.operator is None
+
+
+@pytest.mark.parametrize(
+    ("keys", "day"),
+    [
+        (("enter",), date(2025, 5, 21)),
+        (("n", "2026-05-24"), date(2026, 5, 24)),
+        (("n", "escape"), date(2025, 5, 21)),
+    ],
+)
+def test_a_clock_set_back_is_asked_about(
+    north: SetUp, store: Store, clock: Clock, keys: tuple[str, ...], day: date
+) -> None:
+    clock.day = date(2025, 5, 21)
+    setup = SetUp(store, clock)
+    setup.resume()
+
+    async def script(driven: Driven) -> None:
+        assert "The clock says 21 May 2025, but the last visit was on 21 May 2026." in " ".join(
+            driven.text.split()
+        )
+        for key in keys:
+            await (driven.type(key) if "-" in key else driven.press(key))
+        assert isinstance(driven.app.screen, WalkScreen)
+
+    drive(SMALL, script, setup=setup)
+    assert [visit.day for visit in visits(store, setup)] == sorted([FIRST_DAY, day])
+
+
+def visits(store: Store, setup: SetUp) -> tuple[VisitSummary, ...]:
+    assert setup.block is not None
+    return visits_of(store.database, setup.block)
+
+
+def test_what_the_start_up_check_found_is_read_first(north: SetUp) -> None:
+    found = ["Image files that are missing: 2; first ab.pgm.", "The disk is nearly full."]
+
+    async def script(driven: Driven) -> None:
+        assert all(sentence in driven.text for sentence in found)
+        await driven.press("space")
+        assert isinstance(driven.app.screen, WalkScreen)
+        await driven.tell(AIM)
+        await driven.press("l")
+        assert all(sentence in driven.text for sentence in found)
+
+    assert drive(SMALL, script, setup=north, lines=found).walk.asked == []
+
+
+def test_a_full_disk_is_said(north: SetUp, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise StorageFull("No room is left.")
+
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.TREES)
+        with monkeypatch.context() as patch:
+            patch.setattr(Store, "append", full)
+            await driven.type("3")
+        assert "NOT SAVED: No room is left." in driven.text
+
+    drive(SMALL, script, setup=north)
+
+
+def test_a_small_window_says_so(north: SetUp) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        assert "fieldcam needs a window of 80x24" in " ".join(driven.text.split())
+
+    drive((40, 10), script, setup=north)
