@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from datetime import date, timedelta
-from functools import partial
 from pathlib import Path
 
 from fieldcam.analysis.requests import Setup
 from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedRow
 from fieldcam.models import find_models
+from fieldcam.session.events import Listener
+from fieldcam.session.live import LiveWalk
+from fieldcam.session.setting_up import SetUp
 from fieldcam.store.folder import DataKind, data_path
 from fieldcam.store.orchard_rows import Block, Cluster, Route
 from fieldcam.store.rows import EntryId
@@ -31,13 +33,18 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
         store = stack.enter_context(open_store(path, DataKind.SIMULATED))
         orchard = stack.enter_context(closing(OrchardProcess(seed, clusters)))
         found = startup_check(store).sentences
-        store.sign_in("demo")
         block = _block(store, seed, orchard.row)
         day, visit = _visit(store, block, orchard.row.first_day, days)
-        setup = Setup(orchard.row.calibration, data=data_path(data))
+        set_up = SetUp(store, lambda: orchard.row.first_day + timedelta(days=day))
+        set_up.sign_in("demo")
+        set_up.block, set_up.visit = block, visit
         camera = AimedCamera(OrchardDay(orchard, day))
-        start = partial(start_walk, store, visit, camera, setup)
-        run(start, found, tricks(camera, Mishap), find_models(data_path(data)))
+
+        def start(listener: Listener) -> LiveWalk:
+            analysis = Setup(orchard.row.calibration, data=data_path(data))
+            return start_walk(store, set_up.visit or visit, camera, analysis, listener)
+
+        run(start, found, tricks(camera, Mishap), find_models(data_path(data)), set_up)
 
 
 def _block(store: Store, seed: int, row: SimulatedRow) -> EntryId:
