@@ -32,11 +32,13 @@ APP = (
     "fieldcam.session.live",
     "fieldcam.session.walk",
     "fieldcam.session.importing",
+    "fieldcam.session.setting_up",
     "fieldcam.store.captures",
     "fieldcam.store.store",
     "fieldcam.store.startup",
     "fieldcam.camera.aimed",
     "fieldcam.camera.beside",
+    "fieldcam.camera.finding",
     "fieldcam.camera.port",
     "fieldcam.camera.replay",
     "fieldcam.camera.simulated",
@@ -47,6 +49,8 @@ SCREENS = (
     "fieldcam.tui.app",
     "fieldcam.tui.simulated",
     "fieldcam.tui.replayed",
+    "fieldcam.tui.field",
+    "fieldcam.tui.offer",
     "fieldcam.cli.demo",
 )
 HEAVY = ("cv2", "onnxruntime", "pupil_apriltags", "scipy", "networkx", "textual", "embreex")
