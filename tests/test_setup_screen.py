@@ -229,7 +229,9 @@ def test_set_up_is_reached_from_everywhere_but_a_question(north: SetUp) -> None:
             assert "Everything may wait." in driven.text
             await driven.press("e")
             assert "aim, press Space" in driven.text
-        await driven.press("n", "e")
+        await driven.press("e", "o")
+        assert "Enter goes there." in driven.text
+        await driven.press("escape", "n", "e")
         assert "A note on this picture" in driven.text
 
     drive(SMALL, script, setup=north)

@@ -280,6 +280,8 @@ class FieldcamApp(EndableApp[None]):
 
     def _open(self, make: Callable[[Walk, WalkState | None], Page]) -> None:
         """Over the Walk or Aim screen, to which Escape goes back; never over a question."""
+        if isinstance(self.screen, SetUpScreen):
+            self._back_to_walk()
         if self.walk is None or not isinstance(self.screen, Page):
             return
         page = self._dressed(make(self.walk, self.state))
