@@ -166,9 +166,8 @@ class LiveWalk:
         state = self._view.state()
         self._aiming.due = state.tag_id
         camera = CameraState.EXPOSING if self._in_flight else self._camera
-        waiting = len(self._readings.unread())
         status = self._analysis.status
-        self._tell(events.Changed(replace(state, camera=camera, waiting=waiting, analysis=status)))
+        self._tell(events.Changed(replace(state, camera=camera, analysis=status)))
 
     def _fire(self, insist: bool = False) -> str:
         return self._sent(self._book.shot(insist))

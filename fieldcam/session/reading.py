@@ -17,7 +17,6 @@ from fieldcam.session.learning import learned
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.readings import reading_row
-from fieldcam.store.resuming import Waiting, waiting_for_analysis
 from fieldcam.store.walk_rows import AnalysisFailure
 from fieldcam.values import ClusterReading, Expectation, TagPose
 
@@ -68,15 +67,10 @@ class Readings:
 
     def take_up(self, again: bool) -> None:
         """Have read what an earlier run of the app, or of the analysis, left unread."""
-        for picture in self.unread():
+        for picture in self.view.unread():
             if again or picture.failures < TRIES:
                 expectation = self.view.expectation(picture.tag_expected)
                 self.submit(picture.saved, expectation, urgent=False, again=again)
-
-    def unread(self) -> list[Waiting]:
-        """Saved pictures of this visit without a reading."""
-        waiting = waiting_for_analysis(self.view.store.database)
-        return [picture for picture in waiting if picture.visit == self.view.visit]
 
     def _keep(
         self,

@@ -16,8 +16,14 @@ from fieldcam.store.folder import DataKind
 from fieldcam.store.history import CaptureRecord, ClusterMark, capture_record, cluster_marks
 from fieldcam.store.lookups import row_of
 from fieldcam.store.objects import Objects
+from fieldcam.store.read_only import ReadableStore
 from fieldcam.store.readings import stored_reading
-from fieldcam.store.resuming import capture_without_tag, resume
+from fieldcam.store.resuming import (
+    Waiting,
+    capture_without_tag,
+    resume,
+    waiting_for_analysis,
+)
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.store.walks import ClusterState, Stop, WalkRoute, expectation, walk_route
@@ -25,10 +31,10 @@ from fieldcam.values import ClusterReading, Expectation, PixelFormat
 
 
 @dataclass(slots=True)
-class WalkView:
-    """One visit in an open store; used by one thread."""
+class VisitView:
+    """One visit in a store that is open to be read; used by one thread."""
 
-    store: Store
+    store: ReadableStore
     visit: EntryId
     _readings: dict[EntryId, ClusterReading] = field(default_factory=dict)
     """The last one read: a whole reading takes a while to decode."""
@@ -77,7 +83,13 @@ class WalkView:
             warnings=tuple(_warnings(shown, route)),
             seconds_per_cluster=visit_times(database, self.visit).median_s,
             free_bytes=self.store.space.free_bytes,
+            waiting=len(self.unread()),
         )
+
+    def unread(self) -> list[Waiting]:
+        """Saved pictures of this visit without a reading."""
+        waiting = waiting_for_analysis(self.store.database)
+        return [picture for picture in waiting if picture.visit == self.visit]
 
     def expectation(self, tag_id: int | None) -> Expectation:
         """What is known about a cluster from the last visit."""
@@ -99,6 +111,13 @@ class WalkView:
         if reading not in self._readings:
             self._readings = {reading: stored_reading(self.store.database, reading)}
         return self._readings[reading]
+
+
+@dataclass(slots=True)
+class WalkView(VisitView):
+    """One visit in a store that is open to be written too."""
+
+    store: Store
 
 
 def shown_picture(

@@ -59,6 +59,14 @@ def open_data_folder(path: Path, kind: DataKind) -> DataFolder:
     return DataFolder(path, kind)
 
 
+def known_data_folder(path: Path) -> DataFolder:
+    """The data folder at `path`, whatever kind it is; nothing is made."""
+    found = _read_kind(path / MARKER_NAME)
+    if found is None:
+        raise StorageError(f"There is no data folder at {path}.", "Name another with --data.")
+    return DataFolder(path, found)
+
+
 def _read_kind(marker: Path) -> DataKind | None:
     try:
         content = json.loads(marker.read_bytes())

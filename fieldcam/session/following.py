@@ -1,0 +1,86 @@
+"""Follows the walk of an app in another process: reads the store when it has changed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from fieldcam.errors import FieldcamError
+from fieldcam.session.state import WalkState
+from fieldcam.session.viewing import VisitView
+from fieldcam.store.read_only import ReadOnlyStore, open_read_only
+from fieldcam.store.resuming import resume
+
+POLL_S = 0.3
+"""Asking whether the database changed reads no page of it."""
+RETRY_S = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Unseen:
+    """There is no walk to show, and why; it is tried again."""
+
+    sentence: str
+
+
+Sight = WalkState | Unseen
+
+
+class Follower:
+    """Tells each new state from a thread of its own, until it is closed."""
+
+    def __init__(
+        self,
+        data: Path,
+        tell: Callable[[Sight], None],
+        poll_s: float = POLL_S,
+        retry_s: float = RETRY_S,
+    ) -> None:
+        self._data, self._tell = data, tell
+        self._poll_s, self._retry_s = poll_s, retry_s
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="follower", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Nothing is told once this returned."""
+        self._closed.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            while not self._closed.is_set():
+                self._try()
+        finally:
+            # What was told last must not look like what is now.
+            self._tell(Unseen("The walk is not followed any more: open this page again."))
+
+    def _try(self) -> None:
+        try:
+            with closing(open_read_only(self._data)) as store:
+                self._follow(store)
+        except (FieldcamError, OSError) as error:
+            self._tell(Unseen(str(error)))
+            self._closed.wait(self._retry_s)
+
+    def _follow(self, store: ReadOnlyStore) -> None:
+        """Until the file is another one; raises what makes the store unreadable."""
+        file, seen = store.file_id(), -1
+        view: VisitView | None = None
+        while not self._closed.is_set() and store.file_id() == file:
+            if (changes := store.changes()) != seen:
+                seen, view = changes, _view(store, view)
+                self._tell(Unseen("No walk was begun yet.") if view is None else view.state())
+            self._closed.wait(self._poll_s)
+
+
+def _view(store: ReadOnlyStore, before: VisitView | None) -> VisitView | None:
+    """The visit that is walked; the same view keeps the reading that it has decoded."""
+    found = resume(store.database)
+    if found is None:
+        return None
+    same = before is not None and before.visit == found.visit
+    return before if same else VisitView(store, found.visit)
