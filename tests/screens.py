@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from made_states import NotedWalk
+from textual.app import App
 from textual.pilot import Pilot
 from textual.widgets import Input
 
@@ -78,9 +79,7 @@ class Driven:
 
     @property
     def text(self) -> str:
-        """What the terminal shows, without colours."""
-        strips = self.app.screen._compositor.render_strips()
-        return "\n".join(strip.text.rstrip() for strip in strips) + "\n"
+        return text_of(self.app)
 
     def _trick(self) -> str:
         self.tricks.append("trick")
@@ -110,6 +109,12 @@ def drive(
         return driven
 
     return asyncio.run(run())
+
+
+def text_of(app: App[None]) -> str:
+    """What the terminal shows, without colours."""
+    strips = app.screen._compositor.render_strips()
+    return "\n".join(strip.text.rstrip() for strip in strips) + "\n"
 
 
 def check_golden(name: str, text: str) -> None:

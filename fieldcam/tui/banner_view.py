@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.widgets import Static
 
-from fieldcam.tui.letters import big, shape
+from fieldcam.tui.letters import HEIGHT, big, shape
 from fieldcam.tui.telling import Banner, Tone
 
 SCALES = ((2, 2), (2, 1), (1, 1))
@@ -15,7 +17,7 @@ GAP = "   "
 
 
 class BannerView(Vertical):
-    """Shows one banner."""
+    """Shows one banner; count and shape stand under the word where there is height for it."""
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
@@ -39,13 +41,32 @@ class BannerView(Vertical):
             self._draw(self._banner)
 
     def _draw(self, banner: Banner) -> None:
-        drawn = (self._lines(banner, *scales) for scales in SCALES)
-        fitting = (lines for lines in drawn if len(lines[0]) <= self.content_size.width)
-        lines = next(fitting, self._lines(banner, *SCALES[-1]))
-        self.query_one("#word", Static).update("\n".join(lines))
+        word = self.query_one("#word", Static)
+        if word.content_size.height > 2 * HEIGHT:
+            lines = [
+                *self._fitting(big(banner.word, scale) for scale, _ in SCALES),
+                "",
+                *self._fitting(self._beside(banner, other) for _, other in SCALES),
+            ]
+        else:
+            lines = self._fitting(
+                _side_by_side(big(banner.word, scale), self._beside(banner, other))
+                for scale, other in SCALES
+            )
+        word.update("\n".join(lines))
 
-    def _lines(self, banner: Banner, scale: int, other: int) -> list[str]:
-        parts = [big(banner.word, scale), shape(banner.shape, other)]
-        if self._count:
-            parts.append(big(self._count, other))
-        return [GAP.join(row) for row in zip(*parts, strict=True)]
+    def _fitting(self, drawn: Iterable[list[str]]) -> list[str]:
+        """The first that fits the width, else the last."""
+        lines: list[str] = []
+        for lines in drawn:
+            if len(lines[0]) <= self.content_size.width:
+                break
+        return lines
+
+    def _beside(self, banner: Banner, scale: int) -> list[str]:
+        drawn = shape(banner.shape, scale)
+        return _side_by_side(drawn, big(self._count, scale)) if self._count else drawn
+
+
+def _side_by_side(left: list[str], right: list[str]) -> list[str]:
+    return [GAP.join(row) for row in zip(left, right, strict=True)]

@@ -7,7 +7,7 @@ from contextlib import closing
 from datetime import date
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 from sqlite_utils import Database
 from textual import work
@@ -37,6 +37,8 @@ LOW_DISK_BYTES = 1 << 30
 
 class Frame(Screen[None]):
     """A full screen: its bar, its body, its footer."""
+
+    least: ClassVar[tuple[int, int]] = LEAST
 
     def compose(self) -> ComposeResult:
         yield Static(id="small")
@@ -83,7 +85,7 @@ class Frame(Screen[None]):
         message.show()
 
     def on_resize(self, event: Resize) -> None:
-        (columns, rows), (least_columns, least_rows) = event.size, LEAST
+        (columns, rows), (least_columns, least_rows) = event.size, self.least
         self.set_class(columns < least_columns or rows < least_rows, "-small")
         self.query_one("#small", Static).update(
             f"fieldcam needs a window of {least_columns}x{least_rows};"
