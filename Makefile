@@ -53,10 +53,10 @@ $(VENV)/.demo-ready: pyproject.toml constraints.txt | $(VENV)/.created
 	touch $@
 
 $(VENV)/.test-ready: pyproject.toml constraints.txt | $(VENV)/.created
-	$(INSTALL) '.[simulator,test]'
+	$(INSTALL) '.[simulator,serve,test]'
 	touch $@ $(VENV)/.demo-ready
 
 $(VENV)/.export-ready: pyproject.toml constraints.txt | $(VENV)/.created
 	@echo "The export extra brings PyTorch: about 5 GB." >&2
-	$(INSTALL) '.[simulator,test,export]'
+	$(INSTALL) '.[simulator,serve,test,export]'
 	touch $@ $(VENV)/.test-ready $(VENV)/.demo-ready

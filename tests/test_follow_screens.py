@@ -78,7 +78,7 @@ def seen(size: tuple[int, int], *sights: Sight) -> list[str]:
 
 
 def test_the_phones_layout(tmp_path: Path) -> None:
-    sights = {
+    sights: dict[str, Sight] = {
         "accept": verdict(tmp_path, Status.ACCEPT),
         "confirm": verdict(tmp_path, Status.CONFIRM, ReasonCode.FEWER_THAN_BEFORE, 3),
         "retake": verdict(tmp_path, Status.RETAKE, ReasonCode.BLURRED),
@@ -93,7 +93,7 @@ def test_another_terminal_can_follow_too(tmp_path: Path) -> None:
     check_golden(f"follow-accept-{TERMINAL[0]}x{TERMINAL[1]}", text)
 
 
-WORDS = {
+WORDS: dict[str, Sight] = {
     "Tag 12: aim, press Space.": AIM,
     "No cluster of this route needs a picture.": replace(AIM, tag_id=None, next_tag=None),
     "SIMULATED": AIM,

@@ -13,6 +13,8 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "fieldcam"
 OWNERS = {
     "textual": ("tui",),
+    "textual_serve": ("serving",),
+    "aiohttp": ("serving",),
     "usb": ("camera/usb3vision",),
     "onnxruntime": ("vision",),
     "pupil_apriltags": ("vision",),
@@ -47,13 +49,23 @@ APP = (
 """What the app's own process loads."""
 SCREENS = (
     "fieldcam.tui.app",
+    "fieldcam.tui.follow_app",
     "fieldcam.tui.simulated",
     "fieldcam.tui.replayed",
     "fieldcam.tui.field",
     "fieldcam.tui.offer",
     "fieldcam.cli.demo",
 )
-HEAVY = ("cv2", "onnxruntime", "pupil_apriltags", "scipy", "networkx", "textual", "embreex")
+HEAVY = (
+    "cv2",
+    "onnxruntime",
+    "pupil_apriltags",
+    "scipy",
+    "networkx",
+    "textual",
+    "embreex",
+    "aiohttp",
+)
 
 
 def sources() -> list[Path]:

@@ -12,6 +12,7 @@ import pytest
 
 from fieldcam.models import SHIPPED_FOLDER, find_models, verify_model
 
+PAGES = ("phone.html", "phone.js", "code.html")
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -48,4 +49,5 @@ def test_the_wheel_carries_the_networks_and_the_type_marker(tmp_path: Path) -> N
     shipped = {f"fieldcam/models_onnx/{path.name}" for path in (ROOT / "models_onnx").iterdir()}
     assert shipped <= set(names)
     assert "fieldcam/py.typed" in names
+    assert {f"fieldcam/serving/pages/{name}" for name in PAGES} <= set(names)
     assert not [name for name in names if name.startswith(("tests", "export"))]

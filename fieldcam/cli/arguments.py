@@ -13,6 +13,7 @@ from fieldcam.values import HIGHEST_TAG_ID
 
 Subparsers = argparse._SubParsersAction  # argparse has no public name for it
 Handler = Callable[[argparse.Namespace], None]
+HIGHEST_PORT = 65_535
 
 
 class Parser(argparse.ArgumentParser):
@@ -56,6 +57,14 @@ def positive_count(text: str) -> int:
 def count(text: str) -> int:
     """An argparse type for counts that may be zero."""
     return _whole_number(text, 0)
+
+
+def port_number(text: str) -> int:
+    """An argparse type for a TCP port; 0 is any that is free."""
+    found = _whole_number(text, 0)
+    if found > HIGHEST_PORT:
+        raise argparse.ArgumentTypeError(f"{text!r} is no port: they end at {HIGHEST_PORT}")
+    return found
 
 
 def tag_id(text: str) -> int:

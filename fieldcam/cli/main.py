@@ -11,12 +11,23 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fieldcam import __version__
-from fieldcam.cli import app, demo, doctor, importing, models, routes, sizing, stages, tag_cards
+from fieldcam.cli import (
+    app,
+    demo,
+    doctor,
+    importing,
+    models,
+    routes,
+    serving,
+    sizing,
+    stages,
+    tag_cards,
+)
 from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import flush, narrate
 from fieldcam.errors import ExitCode, FieldcamError, OutputLost, Stopped
 
-GROUPS = (sizing, stages, importing, routes, demo, tag_cards, models, doctor)
+GROUPS = (sizing, stages, importing, routes, demo, serving, tag_cards, models, doctor)
 OF_SIGNALS = 128
 """Shells expect this, and the signal's number more, of a program that a signal ended."""
 

@@ -1,0 +1,1 @@
+"""Shows the following app in a browser; only this part imports aiohttp and textual-serve."""
