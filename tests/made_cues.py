@@ -15,4 +15,4 @@ def tag(tag_id: int, range_mm: float = 440.0) -> TagPose:
 
 
 def good_cue(due: int, range_mm: float = 440.0) -> Cue:
-    return Cue(due, (due,), tag(due, range_mm), moved_mm=2.0, flash_ready=True)
+    return Cue(due, (due,), tag(due, range_mm).translation_mm, moved_mm=2.0, flash_ready=True)

@@ -253,7 +253,7 @@ def test_the_preview_may_be_grey_or_in_colour() -> None:
         await driven.tell(AIM)
         await driven.press("a")
         for picture in (PICTURE, np.repeat(PICTURE[..., None], 3, axis=2)):
-            await driven.tell(Previewed(picture, replace(GOOD, pose=tag(DUE))))
+            await driven.tell(Previewed(picture, replace(GOOD, place_mm=tag(DUE).translation_mm)))
             assert driven.text.count("▀") > 30 * 12
 
     drive(SMALL, script)

@@ -155,6 +155,7 @@ def test_the_preview_lies_beside_its_cue_while_somebody_aims(walk: Walked, tmp_p
     assert cue.pop("at").endswith("+00:00")
     assert cue == {
         "due": 11,
+        "place_mm": [0.0, 50.0, 440.0],
         "read": [11],
         "range_mm": 440.0,
         "zone": "good",

@@ -7,13 +7,17 @@ from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from live_walks import read
+from made_cues import good_cue
 from made_states import AIM, shown_with, verdict
 from screens import check_golden, text_of
 from textual.pilot import Pilot
 
-from fieldcam.session.following import Sight, Unseen
+from fieldcam.session.cue import Cue
+from fieldcam.session.events import Previewed
+from fieldcam.session.following import NotAiming, Sight, Unseen
 from fieldcam.store.judgement_rows import Action
 from fieldcam.tui.follow_app import FollowApp
 from fieldcam.tui.follow_screens import FollowScreen
@@ -88,6 +92,35 @@ def test_the_phones_layout(tmp_path: Path) -> None:
         check_golden(f"phone-{name}-{PHONE[0]}x{PHONE[1]}", text)
 
 
+def preview(cue: Cue) -> Previewed:
+    return Previewed(np.full((90, 120), 90, np.uint8), cue)
+
+
+def test_the_phones_layout_while_somebody_aims() -> None:
+    text = seen(PHONE, AIM, preview(good_cue(12)))[1]
+    check_golden(f"phone-aim-{PHONE[0]}x{PHONE[1]}", text)
+
+
+def test_aiming_and_its_end_turn_the_page() -> None:
+    async def script(watching: Watching) -> None:
+        assert "Walk   North" in await watching.see(AIM)
+        text = await watching.see(preview(good_cue(12, 800.0)))
+        assert "Aim   North" in text and "800 mm: come closer." in text
+        assert "Walk   North" in await watching.press("a")
+        assert "Walk   North" in await watching.see(preview(good_cue(12)))
+        await watching.pilot.click("#do-other_screen")
+        assert "READY" not in await watching.see(AIM)
+        assert "hold still" not in await watching.text()
+        assert "Space takes the picture." in await watching.text()
+        assert "no preview yet" in await watching.see(preview(good_cue(11)))
+        assert "The disk is gone." in await watching.see(Unseen("The disk is gone."))
+        assert "no preview yet" in await watching.see(replace(AIM, tag_id=21))
+        text = await watching.see(NotAiming())
+        assert "Walk   North" in text and "Tag 21: aim, press Space." in text
+
+    watch(PHONE, script)
+
+
 def test_another_terminal_can_follow_too(tmp_path: Path) -> None:
     (text,) = seen(TERMINAL, verdict(tmp_path, Status.ACCEPT))
     check_golden(f"follow-accept-{TERMINAL[0]}x{TERMINAL[1]}", text)
@@ -132,7 +165,7 @@ def test_a_window_that_is_too_small_says_so() -> None:
 def test_no_key_changes_anything_but_the_colours(tmp_path: Path) -> None:
     async def script(watching: Watching) -> None:
         before = await watching.see(verdict(tmp_path, Status.ACCEPT))
-        keys = "space enter r s f h t c x n k u o l v b i left right up down ctrl+p ctrl+c escape"
+        keys = "space enter r s f h t c x n k u o l v b i g left right up down ctrl+p ctrl+c escape"
         assert await watching.press(*keys.split()) == before
         assert await watching.press("d") == before
         assert watching.app.theme == "fieldcam-light"

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from queue import Queue
 
+import numpy as np
 import pytest
+from made_cues import good_cue
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.errors import StorageError
-from fieldcam.session.following import Follower, Sight, Unseen
+from fieldcam.session.cue import Cue
+from fieldcam.session.events import Previewed
+from fieldcam.session.following import Follower, NotAiming, Sight, Unseen
+from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.state import WalkState
 from fieldcam.store.connection import APPLICATION_ID
 from fieldcam.store.read_only import open_read_only
@@ -37,6 +43,11 @@ class Watched:
     def walk(self, right: Callable[[WalkState], bool]) -> WalkState:
         found = self.until(lambda sight: isinstance(sight, WalkState) and right(sight))
         assert isinstance(found, WalkState)
+        return found
+
+    def preview(self) -> Previewed:
+        found = self.until(lambda sight: isinstance(sight, Previewed))
+        assert isinstance(found, Previewed)
         return found
 
     def unseen(self, part: str) -> None:
@@ -75,6 +86,37 @@ def test_the_visit_that_is_walked_is_followed(tmp_path: Path) -> None:
             made.take(made.visit(4), 12)
             later = seen.walk(lambda state: state.tag_id == 12 and state.shown is not None)
     assert (later.day - first).days == 4
+
+
+def test_what_the_camera_sees_is_followed_until_it_is_old(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "run"))
+    file = PreviewFile(preview_folder(tmp_path))
+    picture = np.arange(12, dtype=np.uint8).reshape(3, 4)
+    with small_store(tmp_path) as store, watched(tmp_path) as seen:
+        MadeWalk(store).visit()
+        for cue in (good_cue(12), Cue(12, (12, 12)), Cue(12, problem="It is busy.")):
+            file.keep_image(picture)
+            file.keep_cue(cue)
+            preview = seen.preview()
+            np.testing.assert_array_equal(preview.picture, picture)
+            assert preview.cue == cue
+        file.remove()
+        seen.until(lambda sight: isinstance(sight, NotAiming))
+        file.keep_image(picture)
+        seen_again = file.keep_cue(good_cue(12))
+        assert seen.preview().cue.ready
+        os.utime(seen_again, (1e9, 1e9))
+        seen.until(lambda sight: isinstance(sight, NotAiming))
+
+
+@pytest.mark.parametrize("content", [b"", b"[]", b"{}", b'{"place_mm": 3}'])
+def test_a_preview_that_cannot_be_read_is_passed_over(content: bytes, tmp_path: Path) -> None:
+    file = PreviewFile(tmp_path)
+    file.keep_image(np.zeros((3, 4), np.uint8))
+    file.keep_cue(good_cue(12)).write_bytes(content)
+    assert file.load() is None and file.written_s() is not None
 
 
 def test_a_folder_that_comes_later_is_found(tmp_path: Path) -> None:

@@ -29,8 +29,8 @@ class Cue:
     """The tag of the cluster where the operator stands."""
     read: tuple[int, ...] = ()
     """All tags in view."""
-    pose: TagPose | None = None
-    """Of the due tag, in the preview's pixels; None unless it is in view once."""
+    place_mm: tuple[float, float, float] | None = None
+    """Of the due tag's centre in the camera frame; None unless it is in view once."""
     moved_mm: float | None = None
     """Since the look before; None where one of the two lacks the tag or its range."""
     flash_ready: bool = False
@@ -39,7 +39,12 @@ class Cue:
 
     @property
     def range_mm(self) -> float | None:
-        return None if self.pose is None else self.pose.range_mm
+        return None if self.place_mm is None else self.place_mm[2]
+
+    @property
+    def in_view(self) -> bool:
+        """The due tag is read, and only once."""
+        return self.read.count(self.due) == 1
 
     @property
     def zone(self) -> Zone | None:
@@ -62,15 +67,7 @@ class Cue:
 def cue_of(due: int | None, tags: Sequence[TagPose], before: Cue | None, flash_ready: bool) -> Cue:
     """The cue of the tags in view; `before` is that of the look before."""
     poses = [tag for tag in tags if tag.id == due]
-    pose = poses[0] if len(poses) == 1 else None
-    last = before.pose if before is not None and before.due == due else None
-    read = tuple(sorted(tag.id for tag in tags))
-    return Cue(due, read, pose, _moved_mm(last, pose), flash_ready)
-
-
-def _moved_mm(last: TagPose | None, pose: TagPose | None) -> float | None:
-    if last is None or last.translation_mm is None:
-        return None
-    if pose is None or pose.translation_mm is None:
-        return None
-    return dist(last.translation_mm, pose.translation_mm)
+    place_mm = poses[0].translation_mm if len(poses) == 1 else None
+    last_mm = before.place_mm if before is not None and before.due == due else None
+    moved_mm = None if last_mm is None or place_mm is None else dist(last_mm, place_mm)
+    return Cue(due, tuple(sorted(tag.id for tag in tags)), place_mm, moved_mm, flash_ready)

@@ -7,8 +7,11 @@ from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from time import time
 
 from fieldcam.errors import FieldcamError
+from fieldcam.session.events import Previewed
+from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import VisitView
 from fieldcam.store.read_only import ReadOnlyStore, open_read_only
@@ -17,6 +20,8 @@ from fieldcam.store.resuming import resume
 POLL_S = 0.3
 """Asking whether the database changed reads no page of it."""
 RETRY_S = 2.0
+OLD_S = 5.0
+"""A preview of this age was left behind by a crash."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +31,12 @@ class Unseen:
     sentence: str
 
 
-Sight = WalkState | Unseen
+@dataclass(frozen=True, slots=True)
+class NotAiming:
+    """Nobody looks through the camera any more."""
+
+
+Sight = WalkState | Unseen | Previewed | NotAiming
 
 
 class Follower:
@@ -41,6 +51,9 @@ class Follower:
     ) -> None:
         self._data, self._tell = data, tell
         self._poll_s, self._retry_s = poll_s, retry_s
+        self._preview = PreviewFile(preview_folder(data))
+        self._looked_s: float | None = None
+        """When the look that was told last was written; None while nobody aims."""
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="follower", daemon=True)
         self._thread.start()
@@ -74,7 +87,19 @@ class Follower:
             if (changes := store.changes()) != seen:
                 seen, view = changes, _view(store, view)
                 self._tell(Unseen("No walk was begun yet.") if view is None else view.state())
+            self._look()
             self._closed.wait(self._poll_s)
+
+    def _look(self) -> None:
+        """Tell a new preview, and once that there is none any more."""
+        written_s = self._preview.written_s()
+        if written_s is None or abs(time() - written_s) > OLD_S:
+            if self._looked_s is not None:
+                self._looked_s = None
+                self._tell(NotAiming())
+        elif written_s != self._looked_s and (seen := self._preview.load()) is not None:
+            self._looked_s = written_s
+            self._tell(seen)
 
 
 def _view(store: ReadOnlyStore, before: VisitView | None) -> VisitView | None:

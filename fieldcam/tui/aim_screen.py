@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
@@ -16,10 +15,10 @@ from fieldcam.session.commands import Walk
 from fieldcam.session.cue import Cue
 from fieldcam.session.events import Previewed
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.tui.aim_telling import CueLine, aim_banner, automatic_line, cue_lines
+from fieldcam.tui.aim_telling import aim_banner, automatic_line
 from fieldcam.tui.banner_view import BannerView
 from fieldcam.tui.buttons import CAPTURE, Key, big_button
-from fieldcam.tui.lights_view import WORDS
+from fieldcam.tui.cues_view import CuesView
 from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 from fieldcam.tui.preview_view import PreviewView
@@ -29,7 +28,6 @@ from fieldcam.tui.telling import Tone, progress
 
 AUTOMATIC = Key("AUTOMATIC  G", "automatic", Tone.ASK)
 TO_WALK = Key("WALK  Escape", "walk", Tone.PLAIN)
-COLOURS = {True: "success", False: "error", None: "foreground"}
 
 
 class AimScreen(Page):
@@ -58,7 +56,7 @@ class AimScreen(Page):
             with Vertical(id="cue"):
                 yield BannerView(id="next")
                 yield RangeView(id="range")
-                yield Static(id="cues", markup=False)
+                yield CuesView(id="cues")
                 yield Static(id="automatic", markup=False)
         yield Static(id="heard", markup=False)
         yield Static(id="progress", markup=False)
@@ -123,12 +121,7 @@ class AimScreen(Page):
         cue = self._cue if self._cue is not None and self._cue.due == state.tag_id else None
         self.query_one(BannerView).show(aim_banner(state, cue, self._automatic), "")
         self.query_one(RangeView).show(None if cue is None else cue.range_mm)
-        self.query_one("#cues", Static).update(Text("\n").join(map(self._line, cue_lines(cue))))
+        self.query_one(CuesView).show(cue)
         automatic = self.query_one("#automatic", Static)
         automatic.update(automatic_line(state, self._automatic))
         automatic.set_class(self._automatic.on, "-on")
-
-    def _line(self, line: CueLine) -> Text:
-        colour = self.app.theme_variables[COLOURS[line.good]]
-        word = WORDS[line.good]
-        return Text(f"{line.name:6} {line.found:22} ").append(word, f"bold {colour}")

@@ -82,7 +82,7 @@ def _of_cue(cue: Cue) -> Banner | None:
     if cue.due not in cue.read:
         seen = ", ".join(str(tag_id) for tag_id in cue.read)
         return Banner("WRONG", "cross", Tone.BAD, f"Tag {seen} is in view, {cue.due} is due.")
-    if cue.pose is None:
+    if not cue.in_view:
         return Banner("WRONG", "cross", Tone.BAD, f"Tag {cue.due} is in view twice.")
     if cue.zone is Zone.NEAR:
         return Banner("NEAR", "cross", Tone.ASK, f"{_range(cue)}: go back a little.")
@@ -105,7 +105,7 @@ def _tag_line(cue: Cue) -> CueLine:
     if cue.problem:
         return CueLine("tag", f"not read, due {cue.due}", None)
     seen = " ".join(str(tag_id) for tag_id in cue.read) or "none"
-    return CueLine("tag", f"read {seen}, due {cue.due}", cue.pose is not None)
+    return CueLine("tag", f"read {seen}, due {cue.due}", cue.in_view)
 
 
 def _range(cue: Cue) -> str:

@@ -14,8 +14,10 @@ from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.message import Message
 
-from fieldcam.session.following import Follower, Sight, Unseen
-from fieldcam.tui.follow_screens import FollowScreen, FollowWalk
+from fieldcam.session.events import Previewed
+from fieldcam.session.following import Follower, NotAiming, Sight, Unseen
+from fieldcam.session.state import WalkState
+from fieldcam.tui.follow_screens import FollowAim, FollowScreen, FollowWalk
 from fieldcam.tui.themes import DARK, LIGHT, OTHER
 
 ORPHAN_S = 2.0
@@ -43,6 +45,7 @@ class FollowApp(App[None]):
     CSS_PATH = "page.tcss"
     ENABLE_COMMAND_PALETTE = False
     BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("a", "other_screen", "Aim or Walk"),
         Binding("d", "switch_theme", "Day/night"),
         Binding("q", "quit", "End"),
     ]
@@ -51,7 +54,8 @@ class FollowApp(App[None]):
         super().__init__()
         self._start, self._starter = start, os.getppid()
         self._follower: Following | None = None
-        self.sight: Sight = Unseen("Looking for the walk.")
+        self._sight: WalkState | Unseen = Unseen("Looking for the walk.")
+        self._preview: Previewed | None = None
         for theme in (DARK, LIGHT):
             self.register_theme(theme)
         self.theme = DARK.name
@@ -61,7 +65,7 @@ class FollowApp(App[None]):
         for number in (signal.SIGTERM, signal.SIGHUP):
             loop.add_signal_handler(number, self.exit)
         self.set_interval(ORPHAN_S, self._end_with_parent)
-        self.push_screen(FollowWalk())
+        self.push_screen(FollowWalk(self._sight, self._preview))
         self._follower = self._start(self._told)
 
     def on_unmount(self) -> None:
@@ -69,8 +73,19 @@ class FollowApp(App[None]):
             self._follower.close()
 
     def on_seen(self, message: Seen) -> None:
-        self.sight = message.sight
-        self._show()
+        match message.sight:
+            case Previewed() as preview:
+                began, self._preview = self._preview is None, preview
+                self._turn_to(FollowAim) if began else self._show()
+            case NotAiming():
+                self._preview = None
+                self._turn_to(FollowWalk)
+            case sight:
+                self._sight = sight
+                self._show()
+
+    def action_other_screen(self) -> None:
+        self._turn_to(FollowWalk if isinstance(self.screen, FollowAim) else FollowAim)
 
     def action_switch_theme(self) -> None:
         self.theme = OTHER.get(self.theme, DARK.name)
@@ -80,9 +95,14 @@ class FollowApp(App[None]):
         """In the follower's thread."""
         self.post_message(Seen(sight))
 
+    def _turn_to(self, kind: type[FollowScreen]) -> None:
+        # Not waited for, since the screen that goes may have asked for it.
+        self.switch_screen(kind(self._sight, self._preview))
+        self.call_after_refresh(self._show)
+
     def _show(self) -> None:
-        if isinstance(self.screen, FollowScreen):
-            self.screen.show(self.sight)
+        if isinstance(self.screen, FollowScreen) and self.screen.is_mounted:
+            self.screen.show(self._sight, self._preview)
 
     def _end_with_parent(self) -> None:
         """A browser's server that was killed leaves nobody to tell this to."""
