@@ -18,11 +18,11 @@ from fieldcam.tui.buttons import Key, big_button
 from fieldcam.tui.cues_view import CuesView
 from fieldcam.tui.lights_view import LightsView
 from fieldcam.tui.page import Frame
-from fieldcam.tui.picture_view import PictureView
+from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.preview_view import PreviewView
 from fieldcam.tui.range_view import RangeView
 from fieldcam.tui.sizes_view import SizesView
-from fieldcam.tui.telling import Banner, Tone, banner, counted, progress
+from fieldcam.tui.telling import Banner, Tone, banner, counted, progress, sizes_heading
 
 TO_AIM = Key("AIM  A", "other_screen", Tone.PLAIN)
 TO_WALK = Key("WALK  A", "other_screen", Tone.PLAIN)
@@ -37,7 +37,7 @@ class FollowScreen(Frame):
         "aim_screen.tcss",
         "follow_screens.tcss",
     ]
-    HORIZONTAL_BREAKPOINTS = [(0, "-upright"), (80, "-wide")]  # noqa: RUF012 (Textual's own form)
+    HORIZONTAL_BREAKPOINTS = [(0, "-upright"), (80, "-lying")]  # noqa: RUF012 (Textual's own form)
     least: ClassVar[tuple[int, int]] = (44, 20)
     other: ClassVar[Key]
     """The button that leads to the other screen."""
@@ -85,7 +85,7 @@ class FollowWalk(FollowScreen):
         yield BannerView(id="banner")
         yield LightsView(id="lights")
         with Horizontal(id="findings"):
-            yield PictureView(id="picture")
+            yield picture_view(self.pictures)
             yield SizesView(id="sizes")
 
     def show(self, sight: WalkState | Unseen, preview: Previewed | None) -> None:
@@ -96,9 +96,9 @@ class FollowWalk(FollowScreen):
         self.query_one(BannerView).show(said, "" if walk is None else counted(walk))
         self.query_one(LightsView).show(shown)
         self.query_one(PictureView).show(shown)
-        self.query_one(SizesView).visible = walk is not None
-        if walk is not None:
-            self.query_one(SizesView).show(walk)
+        heading = "" if walk is None else sizes_heading(walk)
+        reading = None if shown is None else shown.record.reading
+        self.query_one(SizesView).show(heading, reading)
 
 
 class FollowAim(FollowScreen):
@@ -109,7 +109,7 @@ class FollowAim(FollowScreen):
 
     def findings(self) -> ComposeResult:
         with Horizontal(id="sight"):
-            yield PreviewView(id="preview")
+            yield PreviewView(self.pictures, id="preview")
             with Vertical(id="cue"):
                 yield BannerView(id="next")
                 yield RangeView(id="range")
