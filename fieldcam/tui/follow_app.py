@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
-import signal
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import ClassVar, Protocol
 
-from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.message import Message
 
 from fieldcam.session.events import Previewed
 from fieldcam.session.following import Follower, NotAiming, Sight, Unseen
 from fieldcam.session.state import WalkState
+from fieldcam.tui.ending import EndableApp, ended_by_signals
 from fieldcam.tui.follow_screens import FollowAim, FollowScreen, FollowWalk
 from fieldcam.tui.themes import DARK, LIGHT, OTHER
 
@@ -38,11 +36,11 @@ class Following(Protocol):
     def close(self) -> None: ...
 
 
-class FollowApp(App[None]):
+class FollowApp(EndableApp[None]):
     """`start` makes the follower, which tells what it sees to whom it is given."""
 
     TITLE = "fieldcam"
-    CSS_PATH = "page.tcss"
+    CSS_PATH: ClassVar[list[str | PurePath]] = ["page.tcss", "buttons.tcss"]
     ENABLE_COMMAND_PALETTE = False
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("a", "other_screen", "Aim or Walk"),
@@ -61,9 +59,6 @@ class FollowApp(App[None]):
         self.theme = DARK.name
 
     def on_mount(self) -> None:
-        loop = asyncio.get_running_loop()
-        for number in (signal.SIGTERM, signal.SIGHUP):
-            loop.add_signal_handler(number, self.exit)
         self.set_interval(ORPHAN_S, self._end_with_parent)
         self.push_screen(FollowWalk(self._sight, self._preview))
         self._follower = self._start(self._told)
@@ -113,6 +108,7 @@ class FollowApp(App[None]):
 def follow(data: Path) -> None:
     """Show the walk in this terminal, or in the browser that this process was started for."""
     app = FollowApp(partial(Follower, data))
-    app.run()
+    with ended_by_signals(app):
+        app.run()
     if app.return_code:
         raise RuntimeError("The screen ended in the middle.")

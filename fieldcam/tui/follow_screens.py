@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -17,6 +18,7 @@ from fieldcam.tui.banner_view import BannerView
 from fieldcam.tui.buttons import Key, big_button
 from fieldcam.tui.cues_view import CuesView
 from fieldcam.tui.lights_view import LightsView
+from fieldcam.tui.looks import Pictures
 from fieldcam.tui.page import Frame
 from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.preview_view import PreviewView
@@ -32,13 +34,14 @@ THEME = Key("DAY/NIGHT  D", "switch_theme", Tone.PLAIN)
 class FollowScreen(Frame):
     """Upright on a phone, or lying as a terminal does."""
 
-    CSS_PATH = [  # noqa: RUF012 (Textual's own form)
+    CSS_PATH: ClassVar[list[str | PurePath]] = [
         "walk_screen.tcss",
         "aim_screen.tcss",
         "follow_screens.tcss",
     ]
     HORIZONTAL_BREAKPOINTS = [(0, "-upright"), (80, "-lying")]  # noqa: RUF012 (Textual's own form)
     least: ClassVar[tuple[int, int]] = (44, 20)
+    pictures = Pictures.BLOCKS
     other: ClassVar[Key]
     """The button that leads to the other screen."""
 
