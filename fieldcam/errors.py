@@ -2,7 +2,8 @@
 
 Every error carries one sentence that says what happened (`message`) and one
 that says what to do now (`hint`). The command line prints both and leaves with
-the error's `exit_code`; nothing else in the package calls `sys.exit`.
+the error's `exit_code`; nothing else in the package calls `sys.exit`, but for the
+launcher, which hands on the status of its child.
 """
 
 from __future__ import annotations
@@ -125,6 +126,12 @@ class AnalysisTimeout(AnalysisFailed):
 
 class AnalysisOff(AnalysisFailed):
     """The analysis was closed, or ended too often to be started again by itself."""
+
+
+class ScreenLost(FieldcamError):
+    """The screens were killed."""
+
+    exit_code = ExitCode.DEFECT
 
 
 class RemoteUnreachable(FieldcamError):

@@ -11,11 +11,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import timedelta
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, count, positive_count
 from fieldcam.cli.console import at_a_terminal, emit, emit_json, narrate, table
+from fieldcam.cli.launcher import launch
 from fieldcam.cli.networks import checked_models
 from fieldcam.errors import BadInput
 from fieldcam.values import Calibration, Settings, Status
@@ -64,7 +66,8 @@ def _demo(arguments: argparse.Namespace) -> None:
         from fieldcam.tui.simulated import walk_simulated_row
 
         checked_models(arguments.data)
-        walk_simulated_row(arguments.data, arguments.seed, arguments.clusters, arguments.days)
+        chosen = (arguments.data, arguments.seed, arguments.clusters, arguments.days)
+        launch(partial(walk_simulated_row, *chosen))
         return
     from fieldcam.camera.simulated import plan_block
     from fieldcam.report.scoring import summary

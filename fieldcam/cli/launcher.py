@@ -1,0 +1,90 @@
+"""Runs the screens in a child process and puts the terminal in order behind them.
+
+A program that is killed cannot give its terminal back: raw mode, the alternate
+screen and mouse reports would stay on. The launcher holds nothing else, so it
+is there to clean up whatever ends the app.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+import termios
+from collections.abc import Callable
+
+from fieldcam.errors import ScreenLost
+
+RESET = (
+    "\x1b[<u"  # the terminal's own keyboard protocol
+    "\x1b[?1000l\x1b[?1003l\x1b[?1006l\x1b[?1015l\x1b[?1016l"  # mouse reports
+    "\x1b[?1004l\x1b[?2004l\x1b[?2026l\x1b[?2048l"  # focus, paste, frames, sizes
+    "\x1b[?1049l\x1b[?25h\x1b[0m"  # the main screen, the cursor, plain colours
+)
+_FOR_THE_SCREENS = (signal.SIGTERM, signal.SIGHUP)
+_PR_SET_PDEATHSIG = 1
+
+
+def launch(screens: Callable[[], None]) -> None:
+    """Run the screens; both the child and this process return when they have ended.
+
+    Raises ScreenLost where a signal ended them, and leaves with their own exit
+    status where that is not zero. Call it before any thread is started.
+    """
+    if not sys.stdin.isatty():
+        screens()
+        return
+    terminal, launcher = sys.stdin.fileno(), os.getpid()
+    before = termios.tcgetattr(terminal)
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    signal.pthread_sigmask(signal.SIG_BLOCK, _FOR_THE_SCREENS)
+    child = os.fork()
+    if child == 0:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _FOR_THE_SCREENS)
+        _die_with(launcher)
+        screens()
+        return
+    status = _outlive(child)
+    if os.WIFSIGNALED(status) or termios.tcgetattr(terminal) != before:
+        _put_in_order(terminal, before)
+    if os.WIFSIGNALED(status):
+        name = signal.strsignal(os.WTERMSIG(status))
+        raise ScreenLost(
+            f"The screens were ended from outside ({name}).",
+            "All that was saved is kept: start again to go on where you stopped.",
+        )
+    if code := os.waitstatus_to_exitcode(status):
+        sys.exit(code)  # the child has said why
+
+
+def _die_with(launcher: int) -> None:
+    """End as if asked to, should the launcher be killed."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != launcher:
+        os._exit(1)
+
+
+def _outlive(child: int) -> int:
+    """How the child ended; what is sent to this process is meant for it."""
+    for number in _FOR_THE_SCREENS:
+        signal.signal(number, lambda received, frame: os.kill(child, received))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal sends it to both
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _FOR_THE_SCREENS)
+    while True:
+        _, status = os.waitpid(child, os.WUNTRACED)
+        if not os.WIFSTOPPED(status):
+            return status
+        # The shell takes the terminal back only when its own child stops too.
+        os.kill(os.getpid(), signal.SIGSTOP)
+        os.kill(child, signal.SIGCONT)
+
+
+def _put_in_order(terminal: int, before: list[int | list[bytes | int]]) -> None:
+    signal.signal(signal.SIGTTOU, signal.SIG_IGN)
+    # What the mouse has reported meanwhile must not reach the shell.
+    termios.tcflush(terminal, termios.TCIFLUSH)
+    termios.tcsetattr(terminal, termios.TCSADRAIN, before)
+    sys.stderr.write(RESET)
+    sys.stderr.flush()

@@ -1,0 +1,103 @@
+"""The terminal is given back clean, whatever ends the screens."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import tty
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from terminals import Terminal
+
+from fieldcam.cli import launcher
+from fieldcam.errors import ScreenLost
+
+
+def say(words: str) -> None:
+    sys.stdout.write(words)
+    sys.stdout.flush()
+
+
+def kill_itself(number: int) -> None:
+    os.kill(os.getpid(), number)
+
+
+ENDS: dict[str, tuple[Callable[[], object], int, str]] = {
+    "killed": (lambda: kill_itself(signal.SIGKILL), 0, "ended from outside (Killed)"),
+    "stopped": (lambda: kill_itself(signal.SIGQUIT), 0, "ended from outside (Quit)"),
+    "ended": (lambda: None, 0, "ended well"),
+    "failed": (lambda: sys.exit(4), 4, ""),
+    "left": (lambda: os._exit(0), 0, "ended well"),
+}
+
+
+def wait() -> None:
+    say("waiting")
+    signal.pause()
+
+
+def started(deed: Callable[[], object]) -> Terminal:
+    """A launcher whose screens take the terminal, do this and give nothing back."""
+
+    def screens() -> None:
+        tty.setraw(0)
+        sys.stderr.write("\x1b[?1049h\x1b[?25l\x1b[?1000h")
+        sys.stderr.flush()
+        deed()
+
+    def run() -> None:
+        try:
+            launcher.launch(screens)
+            say("ended well")
+        except ScreenLost as lost:
+            say(lost.message)
+
+    return Terminal(run)
+
+
+@pytest.mark.parametrize("how", ENDS)
+def test_the_terminal_is_put_in_order(how: str) -> None:
+    deed, status, sentence = ENDS[how]
+    with started(deed) as terminal:
+        assert terminal.ended() == status
+        assert sentence in terminal.seen
+        assert terminal.left_on() == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_what_is_sent_to_the_launcher_is_meant_for_the_screens(number: int) -> None:
+    with started(wait) as terminal:
+        terminal.wait_for("waiting")
+        os.kill(terminal.pid, number)
+        terminal.ended()
+        assert "ended from outside" in terminal.seen
+        assert terminal.left_on() == []
+
+
+def test_the_screens_are_asked_to_end_when_the_launcher_is_killed(tmp_path: Path) -> None:
+    asked = tmp_path / "asked"
+
+    def wait_to_be_asked() -> None:
+        # A shell stands between the launcher and the session, so the kernel would not hang up.
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, lambda number, frame: asked.touch())
+        wait()
+
+    with started(wait_to_be_asked) as terminal:
+        terminal.wait_for("waiting")
+        os.kill(terminal.pid, signal.SIGKILL)
+        terminal.ended()
+        terminal.all_ended()
+        assert asked.exists()
+
+
+def test_without_a_terminal_the_screens_run_in_this_process(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(os, "fork", None)
+    ran: list[int] = []
+    launcher.launch(lambda: ran.append(os.getpid()))
+    assert ran == [os.getpid()]
