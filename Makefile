@@ -10,8 +10,9 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 INSTALL := $(PIP) install --quiet --constraint constraints.txt --editable
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
+TORTURE_ARGS ?=
 
-.PHONY: demo test lint test-export bench evaluate fuzz clean
+.PHONY: demo test lint test-export bench evaluate fuzz torture clean
 
 demo: $(VENV)/.demo-ready
 	$(BIN)/fieldcam demo $(DEMO_ARGS)
@@ -36,6 +37,9 @@ evaluate: $(VENV)/.demo-ready
 
 fuzz: $(VENV)/.test-ready
 	HYPOTHESIS_PROFILE=fuzz $(BIN)/python -m pytest -m 'slow or not slow' -k fuzz --ignore tests/export $(PYTEST_ARGS)
+
+torture: $(VENV)/.test-ready
+	cd tests && ../$(BIN)/python -m torture $(TORTURE_ARGS)
 
 clean:
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

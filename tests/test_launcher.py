@@ -44,7 +44,7 @@ def started(deed: Callable[[], object]) -> Terminal:
 
     def screens() -> None:
         tty.setraw(0)
-        sys.stderr.write("\x1b[?1049h\x1b[?25l\x1b[?1000h")
+        sys.stderr.write("\x1b[?1049h\x1b[?25l\x1b[?7l\x1b[?1000h\x1b[>25u")
         sys.stderr.flush()
         deed()
 

@@ -2,41 +2,31 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import pytest
+from torture import faults, kills, power_cuts
+from torture.inspection import Losses
+from torture.small_disks import on_a_small_disk, outcome, why_not
 
-ROUNDS = Path(__file__).with_name("store_rounds.py")
-NAMESPACE = ["unshare", "--user", "--map-root-user", "--mount"]
-
-
-def outcome(command: list[str]) -> dict[str, Any]:
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    result: dict[str, Any] = json.loads(done.stdout)
-    return result
+ROUNDS = f"{sys.executable} -m torture.store_rounds"
 
 
-def on_a_small_disk(folder: Path, size: str, *steps: str) -> dict[str, Any]:
-    """Shell steps on a tmpfs that only they see; skips where the kernel forbids it."""
-    mount = f"mount -t tmpfs -o size={size} tmpfs {folder}"
-    if shutil.which("unshare") is None:
-        pytest.skip("unshare is not installed")
-    if subprocess.run([*NAMESPACE, "sh", "-c", mount], capture_output=True, check=False).returncode:
-        pytest.skip("this kernel gives no user namespace in which to mount a small disk")
-    return outcome([*NAMESPACE, "sh", "-ec", "\n".join((mount, *steps))])
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Path:
+    """Where a small disk may be mounted."""
+    if reason := why_not(tmp_path):
+        pytest.skip(reason)
+    return tmp_path
 
 
 def check_killed(folder: Path, rounds: int, note: Callable[[str], None]) -> None:
-    result = outcome([sys.executable, str(ROUNDS), "kill", str(folder), str(rounds), "1"])
+    result = outcome([*ROUNDS.split(), "kill", str(folder), str(rounds), "1"])
     note(
         f"store: {rounds} kills, {result['acknowledged']} pictures saved,"
         f" {result['lost']} lost, {result['taken_up']} more taken up from their files."
@@ -67,20 +57,64 @@ def test_a_writer_killed_a_thousand_times_loses_nothing(
     check_killed(tmp_path, 1000, note)
 
 
-def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
-    result = on_a_small_disk(tmp_path, "2m", f"{sys.executable} {ROUNDS} full {tmp_path}")
+def test_a_full_disk_loses_nothing(small_disk: Path) -> None:
+    result = on_a_small_disk(small_disk, "2m", f"{ROUNDS} full {small_disk}")
     assert (result["pictures"], result["rows"]) == ("StorageFull", "StorageFull")
     assert result["acknowledged"] > 0
     assert (result["lost"], result["broken"], result["gaps"]) == (0, 0, False)
 
 
-def test_a_read_only_disk_is_said_and_can_be_read(tmp_path: Path) -> None:
+def test_a_read_only_disk_is_said_and_can_be_read(small_disk: Path) -> None:
     result = on_a_small_disk(
-        tmp_path,
+        small_disk,
         "4m",
-        f"{sys.executable} {ROUNDS} kill {tmp_path} 0 1 > /dev/null",
-        f"mount -o remount,ro {tmp_path}",
-        f"{sys.executable} {ROUNDS} read-only {tmp_path}",
+        f"{ROUNDS} kill {small_disk} 0 1 > /dev/null",
+        f"mount -o remount,ro {small_disk}",
+        f"{ROUNDS} read-only {small_disk}",
     )
     assert "read-only" in result["hint"]
     assert result["devices"] == 1
+
+
+def test_a_walk_on_a_disk_that_fills_up_loses_nothing_and_goes_on(small_disk: Path) -> None:
+    program = f"{sys.executable} -m torture.full_disk {small_disk} 2 1"
+    result = on_a_small_disk(small_disk, "24m", program)
+    assert result["said"]["StorageTrouble"] > 0
+    assert result["did_not_go_on"] == 0
+    assert Losses(**result["losses"]).none
+
+
+def test_a_killed_app_loses_nothing_and_gives_the_terminal_back(
+    memory_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    tally = kills.rounds(memory_folder, 4, seed=1)
+    assert tally.kills.total() >= 4
+    assert tally.terminals_broken == 0
+    assert tally.losses.none
+
+
+@pytest.mark.slow
+def test_an_analysis_that_always_fails_costs_no_picture(
+    memory_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    found = faults.suffer(memory_folder, 20)
+    assert (found.unanswered, found.gave_up) == (0, False)
+    assert found.losses.none
+
+
+@pytest.mark.skipif(shutil.which("strace") is None, reason="strace is not installed")
+def test_a_power_cut_loses_nothing(memory_folder: Path) -> None:
+    found = power_cuts.recorded_and_cut(memory_folder / "cuts", 1, every=60, seed=1)
+    assert found.states > 10
+    assert found.losses.pictures > 0
+    assert found.losses.none
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flaw", ["rows", "images", "names"])
+@pytest.mark.skipif(shutil.which("strace") is None, reason="strace is not installed")
+def test_a_missing_sync_is_found(memory_folder: Path, flaw: str) -> None:
+    found = power_cuts.recorded_and_cut(memory_folder / "cuts", 2, every=20, seed=1, flaw=flaw)
+    assert not found.losses.none

@@ -20,7 +20,7 @@ RESET = (
     "\x1b[<u"  # the terminal's own keyboard protocol
     "\x1b[?1000l\x1b[?1003l\x1b[?1006l\x1b[?1015l\x1b[?1016l"  # mouse reports
     "\x1b[?1004l\x1b[?2004l\x1b[?2026l\x1b[?2048l"  # focus, paste, frames, sizes
-    "\x1b[?1049l\x1b[?25h\x1b[0m"  # the main screen, the cursor, plain colours
+    "\x1b[?1049l\x1b[?7h\x1b[?25h\x1b[0m"  # main screen, line wrap, cursor, plain colours
 )
 _FOR_THE_SCREENS = (signal.SIGTERM, signal.SIGHUP)
 _PR_SET_PDEATHSIG = 1

@@ -309,9 +309,9 @@ class FieldcamApp(EndableApp[None]):
 
     def _show(self, state: WalkState) -> None:
         before, self.state = self.state, state
-        for screen in self.screen_stack:
-            if isinstance(screen, Page) and screen.is_mounted:
-                screen.show(state)
+        for page in self._frames:
+            if isinstance(page, Page):
+                page.show(state)
         if self.automatic.on and before is not None and accepted_since(before, state):
             self.action_aim()
 
@@ -326,6 +326,11 @@ class FieldcamApp(EndableApp[None]):
         self.log_lines.append(f"{datetime.now():%H:%M:%S}  {told.sentence}")
         if told.tune is not None:
             self.sound.play(told.tune)
-        for screen in self.screen_stack:
-            if isinstance(screen, Frame):
-                screen.hear(told)
+        for frame in self._frames:
+            frame.hear(told)
+
+    @property
+    def _frames(self) -> list[Frame]:
+        """Those that can be filled: one that is opened while the app ends gets no widgets."""
+        frames = [screen for screen in self.screen_stack if isinstance(screen, Frame)]
+        return [frame for frame in frames if frame.is_mounted and frame.children]

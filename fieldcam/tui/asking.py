@@ -72,11 +72,10 @@ class AskText(ModalScreen[str | None]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="box"):
             yield Static(self._question, markup=False)
-            yield Input(type=self._kind, max_length=LONGEST)
+            field = Input(type=self._kind, max_length=LONGEST)
+            field.cursor_blink = False
+            yield field
             yield Static("Enter: take it      Escape: back")
-
-    def on_mount(self) -> None:
-        self.query_one(Input).cursor_blink = False
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         if event.validation_result is None or event.validation_result.is_valid:

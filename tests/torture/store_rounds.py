@@ -1,8 +1,8 @@
 """Programs that test_store_torture.py runs apart, since they kill or fill what they use.
 
-    store_rounds.py kill FOLDER ROUNDS SEED
-    store_rounds.py full FOLDER        (a small file system of its own)
-    store_rounds.py read-only FOLDER   (mounted read-only, with a store in it)
+    python -m torture.store_rounds kill FOLDER ROUNDS SEED
+    python -m torture.store_rounds full FOLDER        (a small file system of its own)
+    python -m torture.store_rounds read-only FOLDER   (mounted read-only, with a store in it)
 
 The result is one JSON document on stdout.
 """
