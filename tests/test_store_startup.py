@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sqlite3
 import stat
 from collections.abc import Callable
 from datetime import timedelta
 from pathlib import Path
+from threading import Thread
 
 import pytest
 from stored_walks import MadeWalk, SteppingClock, raw_pair, small_store
@@ -188,6 +190,20 @@ def test_every_connection_is_durable(tmp_path: Path) -> None:
         settings = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1}
         for name, value in settings.items():
             assert rows(store.database, f"PRAGMA {name}") == [{name: value}]
+
+
+def test_a_closed_store_keeps_no_file_open(tmp_path: Path) -> None:
+    gc.disable()
+    try:
+        with small_store(tmp_path) as store:
+            thread = Thread(target=lambda: store.append(Note("from another thread")))
+            thread.start()
+            thread.join()
+        links = [link for link in Path("/proc/self/fd").iterdir() if link.is_symlink()]
+        opened = [str(link.readlink()) for link in links]
+        assert [name for name in opened if name.startswith(str(tmp_path))] == []
+    finally:
+        gc.enable()
 
 
 def test_a_cloned_disk_gets_a_device_of_its_own(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from datetime import date
 from pathlib import Path
 from types import TracebackType
 from typing import Self, TypeVar
-from weakref import WeakSet
+from weakref import WeakSet, finalize
 
 from sqlite_utils import Database
 
@@ -64,6 +64,9 @@ class Store:
         if found is None:
             found = self._local.database = connect(self.database_path)
             self._open.add(found)
+            # SQLite keeps every file of a database open while one connection is, and
+            # Python alone would close that of a thread that ended only some time later.
+            finalize(found, found.conn.close)
         return found
 
     def append(self, *entries: Row | Draft, why: str | None = None) -> tuple[EntryId, ...]:
