@@ -11,8 +11,9 @@ INSTALL := $(PIP) install --quiet --constraint constraints.txt --editable
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 TORTURE_ARGS ?=
+MEASURE_ARGS ?=
 
-.PHONY: demo test lint test-export bench evaluate fuzz torture clean
+.PHONY: demo test lint test-export bench evaluate fuzz torture measure clean
 
 demo: $(VENV)/.demo-ready
 	$(BIN)/fieldcam demo $(DEMO_ARGS)
@@ -39,7 +40,10 @@ fuzz: $(VENV)/.test-ready
 	HYPOTHESIS_PROFILE=fuzz $(BIN)/python -m pytest -m 'slow or not slow' -k fuzz --ignore tests/export $(PYTEST_ARGS)
 
 torture: $(VENV)/.test-ready
-	cd tests && ../$(BIN)/python -m torture $(TORTURE_ARGS)
+	PYTHONPATH=tests $(BIN)/python -m torture $(TORTURE_ARGS)
+
+measure: $(VENV)/.test-ready
+	PYTHONPATH=tests $(BIN)/python -m measuring $(MEASURE_ARGS)
 
 clean:
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

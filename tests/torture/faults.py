@@ -18,11 +18,11 @@ from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.session.events import AnalysisTrouble, LiveEvent, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
 from torture.inspection import Announced, Losses, announcement, inspect
+from torture.paths import IMPORTS
 from torture.rowed_walk import QuickCamera, open_row
 from torture.treacherous import fault_of
 
-HERE = Path(__file__).resolve().parents[1]
-LIMITS = Limits(pair_s=2.0, first_pair_s=2.0, restarts=100_000, tries=1)
+LIMITS = Limits(pair_s=6.0, first_pair_s=6.0, restarts=100_000, tries=1)
 PATIENCE_S = 60.0
 _Event = TypeVar("_Event", bound=LiveEvent)
 
@@ -40,7 +40,7 @@ class Suffered:
 
 def suffer(folder: Path, pictures: int) -> Suffered:
     """Take pictures whose analysis fails, each as soon as the one before is answered."""
-    os.environ["PYTHONPATH"] = str(HERE)
+    os.environ |= IMPORTS
     found, heard = Suffered(), Queue[LiveEvent]()
     with TemporaryDirectory(dir=folder) as data:
         store, visit = open_row(Path(data))

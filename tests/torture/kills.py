@@ -20,6 +20,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 
 from made_readings import CAMERA
+from processes import children
 from terminals import Terminal
 
 from fieldcam.analysis.requests import Setup
@@ -35,9 +36,9 @@ from fieldcam.store.startup import startup_check
 from fieldcam.store.store import DATABASE_NAME, Store
 from fieldcam.tui.simulated import run
 from torture.inspection import Announced, Losses, announcement, inspect, missing
+from torture.paths import IMPORTS
 from torture.rowed_walk import QuickCamera, open_folder, open_row
 
-HERE = Path(__file__).resolve().parents[1]
 LIMITS = Limits(pair_s=0.4, first_pair_s=30.0, restarts=100_000)
 LIVES_IN_A_FOLDER = 20
 KEYS = " " * 12 + "\r" * 6 + "rfhsukyd\t"
@@ -56,7 +57,7 @@ class Tally:
 
 def rounds(folder: Path, kills: int, seed: int) -> Tally:
     """Lives of the app until this many kills are done."""
-    os.environ["PYTHONPATH"] = str(HERE)  # the analysis finds its made-up work there
+    os.environ |= IMPORTS  # the analysis finds its made-up work there
     tally, chance = Tally(), Random(seed)
     while tally.kills.total() < kills:
         with TemporaryDirectory(dir=folder) as data:
@@ -90,7 +91,7 @@ def _live(data: Path, announced: Announced, chance: Random, tally: Tally) -> Non
             terminal.wait_for("North")
         for _ in range(chance.randint(0, 2)):
             _walk(terminal, chance)
-            tally.kills["analysis"] += _kill(_children(_app_in(terminal)))
+            tally.kills["analysis"] += _kill(children(_app_in(terminal)))
         _walk(terminal, chance)
         # Nobody is left to clean up when the launcher dies before the app can do so.
         victim = chance.choice([death for death in DEATHS if up or death != "launcher"])
@@ -116,7 +117,7 @@ def _kill_app(terminal: Terminal) -> None:
 
 def _kill_both(terminal: Terminal) -> None:
     app = _app_in(terminal)
-    _kill([*_children(app), app])
+    _kill([*children(app), app])
 
 
 def _kill_launcher(terminal: Terminal) -> None:
@@ -135,18 +136,9 @@ def _kill(processes: list[int]) -> bool:
 
 def _app_in(terminal: Terminal) -> int:
     """The launcher's child; the kernel's list of children may miss one that is busy."""
-    while not (found := _children(terminal.pid)):
+    while not (found := children(terminal.pid)):
         terminal.look(0.001)
     return found[0]
-
-
-def _children(parent: int) -> list[int]:
-    """Of all its threads."""
-    found: list[int] = []
-    with suppress(OSError):
-        for task in Path(f"/proc/{parent}/task").iterdir():
-            found += map(int, (task / "children").read_text().split())
-    return found
 
 
 @contextmanager

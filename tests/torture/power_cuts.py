@@ -32,10 +32,10 @@ from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from torture.disks import Disk, some
 from torture.inspection import Announced, Losses, announcement, inspect
+from torture.paths import IMPORTS
 from torture.rowed_walk import QuickCamera, open_folder, open_row
 from torture.traces import COMMAND, calls
 
-HERE = Path(__file__).resolve().parents[1]
 SHARES = (0.0, 0.5, 0.9, 1.0)
 """Of what was not durable at the cut; the parts are drawn at random."""
 LOG_PAGES = 60
@@ -62,8 +62,7 @@ def record(folder: Path, pictures: int, flaw: str = "") -> Path:
     """Walk under strace; gives the trace. The walk's folder is `folder/data`."""
     trace = folder / "trace"
     walk = [sys.executable, "-m", "torture.power_cuts", str(folder / "data"), str(pictures), flaw]
-    paths = os.pathsep.join([str(HERE), str(HERE.parent)])
-    environment = os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = os.environ | IMPORTS | {"PYTHONDONTWRITEBYTECODE": "1"}
     command = [*COMMAND, str(trace), *walk]
     subprocess.run(command, check=True, env=environment, stdout=subprocess.DEVNULL)
     return trace

@@ -9,7 +9,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).resolve().parents[1]
+from torture.paths import IMPORTS
+
 _NAMESPACE = ["unshare", "--user", "--map-root-user", "--mount"]
 
 
@@ -30,8 +31,7 @@ def on_a_small_disk(folder: Path, size: str, *steps: str) -> dict[str, Any]:
 
 def outcome(command: list[str]) -> dict[str, Any]:
     """What a program that may import from the tests printed as JSON."""
-    paths = os.pathsep.join([str(HERE), str(HERE.parent)])
-    environment = os.environ | {"PYTHONPATH": paths}
+    environment = os.environ | IMPORTS
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr
     result: dict[str, Any] = json.loads(done.stdout)

@@ -1,0 +1,1 @@
+"""How fast and how small the app is; `make measure` prints it."""
