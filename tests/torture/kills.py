@@ -65,6 +65,19 @@ def rounds(folder: Path, kills: int, seed: int) -> Tally:
     return tally
 
 
+def interrupted(data: Path, number: int) -> tuple[int, list[str], Losses]:
+    """A signal to the app in mid-walk: its exit status, what it left on, and its losses."""
+    os.environ |= IMPORTS
+    announced = Announced()
+    with _app(data, announced) as terminal:
+        terminal.wait_for("North")
+        _walk(terminal, Random(number))
+        os.kill(_app_in(terminal), number)
+        status, left_on = terminal.ended(), terminal.left_on()
+    with open_folder(data) as store:
+        return status, left_on, inspect(store, announced)
+
+
 def _one_folder(data: Path, kills: int, chance: Random, tally: Tally) -> None:
     announced = Announced()
     for _ in range(LIVES_IN_A_FOLDER):
