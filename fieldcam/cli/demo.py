@@ -95,7 +95,7 @@ def _replay(arguments: argparse.Namespace) -> None:
     if arguments.headless or arguments.json or not at_a_terminal():
         raise BadInput("--replay needs a terminal.", "`fieldcam import` reads a folder without.")
     checked_models(arguments.data)
-    walk_recorded_folder(arguments.data, arguments.replay)
+    launch(partial(walk_recorded_folder, arguments.data, arguments.replay))
 
 
 def _walk(arguments: argparse.Namespace, block: Block) -> Iterator[_Stop]:

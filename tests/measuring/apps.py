@@ -11,13 +11,20 @@ from pathlib import Path
 from time import monotonic
 
 from live_walks import ToldCamera
-from terminals import Terminal
+from terminals import ESCAPE, Terminal
 from torture.rowed_walk import open_row
 
 from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.supervisor import VISION, Supervisor
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit, plan_block
-from fieldcam.session.events import Changed, Listener, LiveEvent, Saved, VerdictReady
+from fieldcam.session.events import (
+    AnalysisTrouble,
+    Changed,
+    Listener,
+    LiveEvent,
+    Saved,
+    VerdictReady,
+)
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
@@ -72,6 +79,8 @@ class Telling:
         self.pending = 0
         self.saved_ms: list[float] = []
         self.verdict_ms: list[float] = []
+        self.unread = 0
+        """Pictures that got no verdict, as on a machine too busy for the deadline."""
         self.keys: list[str] = []
         os.set_blocking(told, False)
 
@@ -84,11 +93,11 @@ class Telling:
             if left_s <= 0:
                 return
 
-    def wait_for(self, saved: int = 0, read: int = 0, idle: bool = False) -> None:
-        """Until so many pictures are saved and read, and, if asked for, none waits."""
+    def wait_for(self, saved: int = 0, read: int = 0) -> None:
+        """Until so many pictures are saved, and read or given up."""
         until_s = monotonic() + PATIENCE_S
-        while len(self.saved_ms) < saved or len(self.verdict_ms) < read or (idle and self.pending):
-            assert monotonic() < until_s, self.terminal.seen[-2000:]
+        while len(self.saved_ms) < saved or len(self.verdict_ms) + self.unread < read:
+            assert monotonic() < until_s, ESCAPE.sub("", self.terminal.seen[-2000:])
             self.look_on(0.01)
 
     def _listen(self) -> None:
@@ -106,6 +115,8 @@ class Telling:
                     self.keys.append(key)
                 case "read":
                     self.verdict_ms.append(float(value))
+                case "unread":
+                    self.unread += 1
                 case "pending":
                     self.pending = int(value)
                 case "app":
@@ -141,6 +152,8 @@ def _start(
             os.write(tell, f"saved {event.duration_ms} {event.capture.key}\n".encode())
         elif isinstance(event, VerdictReady):
             os.write(tell, f"read {event.duration_ms}\n".encode())
+        elif isinstance(event, AnalysisTrouble):
+            os.write(tell, b"unread\n")
         elif isinstance(event, Changed):
             os.write(tell, f"pending {event.state.analysis.pending}\n".encode())
 
