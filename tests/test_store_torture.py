@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -93,16 +92,6 @@ def test_a_killed_app_loses_nothing_and_gives_the_terminal_back(
     assert tally.kills.total() >= 4
     assert tally.terminals_broken == 0
     assert tally.losses.none
-
-
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
-def test_a_signal_in_mid_walk_ends_the_app_well(
-    memory_folder: Path, monkeypatch: pytest.MonkeyPatch, number: int
-) -> None:
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
-    status, left_on, losses = kills.interrupted(memory_folder, number)
-    assert (status, left_on) == (0, [])
-    assert losses.none
 
 
 @pytest.mark.slow

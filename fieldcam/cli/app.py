@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import at_a_terminal, emit
+from fieldcam.cli.launcher import launch
 from fieldcam.cli.networks import checked_models
 from fieldcam.errors import CameraUnplugged, FieldcamError
 from fieldcam.models import Models
@@ -25,6 +27,10 @@ def open_app(data: Path | None, parser: Parser) -> None:
     if not at_a_terminal():
         emit(f"{NO_TERMINAL}\n\n{parser.format_help().rstrip()}")
         return
+    launch(partial(_open, data, parser))
+
+
+def _open(data: Path | None, parser: Parser) -> None:
     from fieldcam.store.store import DATABASE_NAME
     from fieldcam.tui.field import walk_field
     from fieldcam.tui.offer import Choice, offered

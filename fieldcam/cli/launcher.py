@@ -24,15 +24,19 @@ RESET = (
 )
 _FOR_THE_SCREENS = (signal.SIGTERM, signal.SIGHUP)
 _PR_SET_PDEATHSIG = 1
+_launched = False
+"""Whether this process is the child of a launcher."""
 
 
 def launch(screens: Callable[[], None]) -> None:
     """Run the screens; both the child and this process return when they have ended.
 
     Raises ScreenLost where a signal ended them, and leaves with their own exit
-    status where that is not zero. Call it before any thread is started.
+    status where that is not zero. Call it before any thread is started. Screens that
+    lead to others need no launcher for those.
     """
-    if not sys.stdin.isatty():
+    global _launched
+    if _launched or not sys.stdin.isatty():
         screens()
         return
     terminal, launcher = sys.stdin.fileno(), os.getpid()
@@ -42,6 +46,7 @@ def launch(screens: Callable[[], None]) -> None:
     signal.pthread_sigmask(signal.SIG_BLOCK, _FOR_THE_SCREENS)
     child = os.fork()
     if child == 0:
+        _launched = True
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _FOR_THE_SCREENS)
         _die_with(launcher)
         screens()

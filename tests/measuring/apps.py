@@ -28,7 +28,7 @@ from fieldcam.session.events import (
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
-from fieldcam.tui.simulated import run
+from fieldcam.tui.wiring import run
 from fieldcam.values import Calibration, RawPair
 
 RENDER_S = 300.0

@@ -27,14 +27,14 @@ from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.status import Limits
 from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.cli.launcher import launch
-from fieldcam.errors import ScreenLost
+from fieldcam.errors import ScreenLost, Stopped
 from fieldcam.session.events import Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.connection import connect_read_only
 from fieldcam.store.rows import EntryId
 from fieldcam.store.startup import startup_check
 from fieldcam.store.store import DATABASE_NAME, Store
-from fieldcam.tui.simulated import run
+from fieldcam.tui.wiring import run
 from torture.inspection import Announced, Losses, announcement, inspect, missing
 from torture.paths import IMPORTS
 from torture.rowed_walk import QuickCamera, open_folder, open_row
@@ -63,19 +63,6 @@ def rounds(folder: Path, kills: int, seed: int) -> Tally:
         with TemporaryDirectory(dir=folder) as data:
             _one_folder(Path(data), kills, chance, tally)
     return tally
-
-
-def interrupted(data: Path, number: int) -> tuple[int, list[str], Losses]:
-    """A signal to the app in mid-walk: its exit status, what it left on, and its losses."""
-    os.environ |= IMPORTS
-    announced = Announced()
-    with _app(data, announced) as terminal:
-        terminal.wait_for("North")
-        _walk(terminal, Random(number))
-        os.kill(_app_in(terminal), number)
-        status, left_on = terminal.ended(), terminal.left_on()
-    with open_folder(data) as store:
-        return status, left_on, inspect(store, announced)
 
 
 def _one_folder(data: Path, kills: int, chance: Random, tally: Tally) -> None:
@@ -169,7 +156,7 @@ def _app(data: Path, announced: Announced) -> Iterator[Terminal]:
 
 
 def _run_app(data: Path, announce: int) -> None:
-    with suppress(ScreenLost):
+    with suppress(ScreenLost, Stopped):
         launch(partial(_screens, data, announce))
 
 
