@@ -16,18 +16,17 @@ T       say which tag it is      C       another cluster is the target
 X       strike a false fruitlet  N       write a note
 K       skip this cluster        U       undo the last decision
 left, right   another tag        up, down   another fruitlet
-W       on to the next tree
+W       on to the next tree      E       set-up: block, route, sprays
 A       aim; Space or a remote's key fires there too, G by itself
 O       route: go to any cluster V       this cluster on all days
 B       block: sizes, missing    I       device: camera, disk, battery
-E       set-up   L   log         D       day or night colours
+L       log                      D       day or night colours
 Ctrl+P  all commands             Q       end the walk
 On Cluster: left, right pictures; K the king; M one measured by hand;
 PgUp, PgDn what was said. On Device: R starts the analysis again.
 
-A picture is saved before it is read: walk on whenever you like.
-CONFIRM asks why there are fewer fruitlets than last visit; F or H
-answers it. Every decision can be undone, one key at a time.
+Walk on once a picture is saved; it is read meanwhile. CONFIRM asks why
+there are fewer fruitlets than last visit: F or H answers it.
 
 Any key closes this page."""
 
