@@ -462,7 +462,8 @@ def test_no_process_outlives_an_app_that_is_killed_at_any_moment(
             children = _children(app.pid)
             app.kill()
         for pid in children | _children(app.pid):
-            assert ends_within(pid, 1.0) is not None
+            # One that has only begun to start must first get as far as to look for its parent.
+            assert ends_within(pid, LONG_S) is not None
 
 
 def _children(parent_pid: int) -> set[int]:
