@@ -29,7 +29,7 @@ from fieldcam.session.live import LiveWalk
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.tui.wiring import run
-from fieldcam.values import Calibration, RawPair
+from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair
 
 RENDER_S = 300.0
 PATIENCE_S = 120.0
@@ -48,9 +48,23 @@ def render(pictures: int) -> Scenery:
     block = plan_block(1, pictures)
     with SimulatedCamera(block, [SimulatedVisit(index, 0) for index in range(pictures)]) as camera:
         assert camera.calibration is not None
-        # In a folder of their own that is thrown away, so they need no mark.
-        pairs = [replace(camera.capture(RENDER_S), simulated=False) for _ in range(pictures)]
+        pairs = [_as_a_camera_gives(camera.capture(RENDER_S)) for _ in range(pictures)]
         return Scenery(camera.calibration, pairs)
+
+
+def _as_a_camera_gives(rendered: RawPair) -> RawPair:
+    """Behind a colour filter; not marked, since its folder is thrown away."""
+    left, right = _mosaic(rendered.left), _mosaic(rendered.right)
+    bayer = PixelFormat.BAYER_RG8
+    return replace(rendered, left=left, right=right, pixel_format=bayer, simulated=False)
+
+
+def _mosaic(rgb: ImageU8) -> ImageU8:
+    """Red at the first pixel, blue diagonally beside it, green at the others."""
+    mosaic = rgb[..., 1].copy()
+    mosaic[0::2, 0::2] = rgb[0::2, 0::2, 0]
+    mosaic[1::2, 1::2] = rgb[1::2, 1::2, 2]
+    return mosaic
 
 
 class SceneryCamera(ToldCamera):
