@@ -28,6 +28,7 @@ from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.judgement_rows import Action
 from fieldcam.tui.sound import Tune
+from fieldcam.tui.walk_screen import WalkScreen
 from fieldcam.values import ReasonCode, Status
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
@@ -274,3 +275,27 @@ def test_a_missing_picture_leaves_the_numbers(tmp_path: Path) -> None:
     state = verdict(tmp_path, Status.ACCEPT)
     (tmp_path / "left.pgm").unlink()
     assert "5 fruitlets, last visit 5" in screen_of(SMALL, state)
+
+
+@pytest.mark.parametrize("keys", [("question_mark", "z", "z"), ("question_mark", "z", "z", "z")])
+def test_keys_that_come_too_late_for_a_page_take_no_other_away(keys: tuple[str, ...]) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(AIM)
+        await driven.pilot.press(*keys)
+        await driven.settle()
+        assert isinstance(driven.app.screen, WalkScreen)
+        await driven.press("question_mark")
+        await driven.pilot.click("#keys", times=2)
+        await driven.settle()
+        assert isinstance(driven.app.screen, WalkScreen)
+
+    drive(SMALL, script)
+
+
+def test_letters_mean_the_same_with_caps_lock() -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(AIM)
+        await driven.press("F", "H", "U")
+        assert driven.walk.asked == [("fallen",), ("hidden",), ("undo",)]
+
+    drive(SMALL, script)

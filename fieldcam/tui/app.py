@@ -13,6 +13,7 @@ from textual import work
 from textual.app import SystemCommand
 from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
+from textual.events import Key
 from textual.screen import Screen
 from textual.scrollbar import ScrollBar, ScrollBarRender
 
@@ -121,6 +122,12 @@ class FieldcamApp(EndableApp[None]):
                 self.action_walk()
         if self.log_lines:
             self.push_screen(Notice(self.log_lines))
+
+    def on_key(self, event: Key) -> None:
+        """A letter that nothing else took means the same with Shift or Caps Lock."""
+        if event.character is not None and event.character.isalpha() and event.character.isupper():
+            event.stop()
+            self.simulate_key(event.character.lower())
 
     def on_walk_ended(self) -> None:
         self._begin_walk()

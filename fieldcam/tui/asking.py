@@ -8,15 +8,16 @@ from typing import Literal
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.events import Key
-from textual.screen import ModalScreen
 from textual.widgets import Input, Static
+
+from fieldcam.tui.dialog import Dialog
 
 Kind = Literal["text", "integer", "number"]
 LONGEST = 200
 """Characters of a note."""
 
 
-class AskYes(ModalScreen[bool]):
+class AskYes(Dialog[bool]):
     """Enter or Y says yes, any other key no."""
 
     CSS_PATH = "asking.tcss"
@@ -35,7 +36,7 @@ class AskYes(ModalScreen[bool]):
         self.dismiss(event.key in ("enter", "y"))
 
 
-class Notice(ModalScreen[None]):
+class Notice(Dialog[None]):
     """Sentences that the operator should have seen; any key closes it."""
 
     CSS_PATH = "asking.tcss"
@@ -58,7 +59,7 @@ class Notice(ModalScreen[None]):
         self.dismiss()
 
 
-class AskText(ModalScreen[str | None]):
+class AskText(Dialog[str | None]):
     """Enter takes the text, Escape drops it."""
 
     CSS_PATH = "asking.tcss"

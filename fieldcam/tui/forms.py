@@ -9,13 +9,13 @@ from typing import ClassVar, Generic, TypeVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
-from textual.screen import ModalScreen
 from textual.widgets import Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
 from fieldcam.errors import BadInput
 from fieldcam.tui.asking import LONGEST
 from fieldcam.tui.buttons import BigButton
+from fieldcam.tui.dialog import Dialog
 
 Answer = TypeVar("Answer")
 
@@ -29,7 +29,7 @@ class Field:
     """What stands in it already."""
 
 
-class AskForm(ModalScreen[Answer | None], Generic[Answer]):
+class AskForm(Dialog[Answer | None], Generic[Answer]):
     """Enter goes from field to field and takes the last one, Escape drops all."""
 
     CSS_PATH = "asking.tcss"
@@ -78,7 +78,7 @@ class AskForm(ModalScreen[Answer | None], Generic[Answer]):
         self.dismiss(None)
 
 
-class AskChoice(ModalScreen[int | None]):
+class AskChoice(Dialog[int | None]):
     """Gives the place of the line that was chosen; Escape chooses none."""
 
     CSS_PATH = "asking.tcss"

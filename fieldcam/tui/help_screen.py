@@ -5,8 +5,9 @@ from __future__ import annotations
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.events import Key
-from textual.screen import ModalScreen
 from textual.widgets import Static
+
+from fieldcam.tui.dialog import Dialog
 
 KEYS = """\
 Space   take the picture         Enter   accept it
@@ -31,7 +32,7 @@ there are fewer fruitlets than last visit: F or H answers it.
 Any key closes this page."""
 
 
-class HelpScreen(ModalScreen[None]):
+class HelpScreen(Dialog[None]):
     """Shown over any other screen."""
 
     CSS_PATH = "help_screen.tcss"

@@ -5,11 +5,12 @@ from __future__ import annotations
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.events import Key
-from textual.screen import ModalScreen
 from textual.widgets import Static
 
+from fieldcam.tui.dialog import Dialog
 
-class LearnKey(ModalScreen[str | None]):
+
+class LearnKey(Dialog[str | None]):
     """Gives the name of the next key; Escape gives none."""
 
     CSS_PATH = "asking.tcss"
