@@ -155,6 +155,13 @@ def test_pictures_wait_for_an_analysis_that_is_off(walk: Walked) -> None:
     assert state.waiting == 0
 
 
+def test_what_an_earlier_day_left_unread_is_read(later: Walked) -> None:
+    left = later.made.take(later.made.visit(), 12)
+    later.analysis.outcomes.append(read(12))
+    later.start()
+    assert later.analysis.asked == [(left, Expectation(12))]
+
+
 def test_a_walk_resumes_where_it_stopped(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(11))
@@ -197,6 +204,18 @@ def test_a_wrong_tag_is_said_and_not_accepted(walk: Walked) -> None:
     assert (state.tag_id, state.shown is not None) == (12, True)
     walk.after(walk.live.accept, Done)
     assert (state_of(walk, 11), state_of(walk, 12)) == (ClusterState.TODO, ClusterState.ACCEPTED)
+
+
+def test_the_operators_word_on_a_misread_tag_counts(walk: Walked) -> None:
+    walk.start()
+    walk.shoot(read(99, status=RETAKE, code=ReasonCode.WRONG_TAG))
+    walk.analysis.outcomes.append(read(99))
+    _, state = walk.after(lambda: walk.live.correct_tag(11), VerdictReady)
+    # Were 11 expected, the tag that is read would be called wrong for ever.
+    assert walk.analysis.asked[-1][1].tag_id == 99
+    assert (state.tag_id, state.warnings) == (11, ())
+    done, _ = walk.after(walk.live.accept, Done)
+    assert done.sentence == "Tag 11 accepted."
 
 
 def test_a_tag_that_is_done_is_said(walk: Walked) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from made_readings import CAMERA
+from stored_walks import raw_pair
 
 from fieldcam.camera.simulated import SimulatedRow
 from fieldcam.cli import demo, main
@@ -38,6 +39,15 @@ def test_the_next_day_comes_when_the_first_one_is_done(store: Store) -> None:
     )
     store.append(*(Skip(visit, tag_id) for tag_id in ROW.tag_ids))
     assert _visit(store, block, ROW.first_day, (0, 2, 4))[0] == 2
+
+
+def test_a_day_with_an_undecided_picture_is_gone_on_with(store: Store) -> None:
+    block = _block(store, 1, ROW)
+    _, visit = _visit(store, block, ROW.first_day, (0, 2))
+    store.append(*(Skip(visit, tag_id) for tag_id in ROW.tag_ids[1:]))
+    store.save(raw_pair(simulated=True), visit=visit, tag_expected=ROW.tag_ids[0])
+    assert walk_route(store.database, visit).next_tag() is None
+    assert _visit(store, block, ROW.first_day, (0, 2)) == (0, visit)
 
 
 def test_at_a_terminal_the_demo_is_the_app(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,9 +67,8 @@ class Readings:
 
     def take_up(self, again: bool) -> None:
         """Have read what an earlier run of the app, or of the analysis, left unread."""
-        for picture in self.view.unread():
+        for picture, expectation in self.view.unread_of_block():
             if again or picture.failures < TRIES:
-                expectation = self.view.expectation(picture.tag_expected)
                 self.submit(picture.saved, expectation, urgent=False, again=again)
 
     def _keep(

@@ -91,11 +91,27 @@ class VisitView:
         waiting = waiting_for_analysis(self.store.database)
         return [picture for picture in waiting if picture.visit == self.visit]
 
+    def unread_of_block(self) -> list[tuple[Waiting, Expectation]]:
+        """The same of all visits of this block, with what was expected there.
+
+        An earlier day may have ended before its last pictures were read.
+        """
+        database, block = (
+            self.store.database,
+            row_of(self.store.database, "visit", self.visit)["block"],
+        )
+        visits = {
+            row["id"] for row in rows(database, "SELECT id FROM visit WHERE block = ?", block)
+        }
+        return [
+            (picture, expected_at(database, picture.visit, picture.tag_expected))
+            for picture in waiting_for_analysis(database)
+            if picture.visit is not None and picture.visit in visits
+        ]
+
     def expectation(self, tag_id: int | None) -> Expectation:
         """What is known about a cluster from the last visit."""
-        if tag_id is None:
-            return Expectation()
-        return expectation(self.store.database, self.visit, tag_id)
+        return expected_at(self.store.database, self.visit, tag_id)
 
     def _marks(self, block: EntryId, tag_id: int | None) -> tuple[ClusterMark, ...]:
         if tag_id is None:
@@ -111,6 +127,11 @@ class VisitView:
         if reading not in self._readings:
             self._readings = {reading: stored_reading(self.store.database, reading)}
         return self._readings[reading]
+
+
+def expected_at(database: Database, visit: EntryId, tag_id: int | None) -> Expectation:
+    """What was known about a cluster when it was visited."""
+    return Expectation() if tag_id is None else expectation(database, visit, tag_id)
 
 
 @dataclass(slots=True)

@@ -31,6 +31,8 @@ class ClusterState(StrEnum):
 
 OPEN_STATES = (ClusterState.TODO, ClusterState.RETAKE)
 """States in which a cluster still needs a picture."""
+SETTLED_STATES = (ClusterState.ACCEPTED, ClusterState.SKIPPED)
+"""States in which nothing is left to do or to decide."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +68,11 @@ class WalkRoute:
     stops: tuple[Stop, ...]
     planned: bool = False
     """Its order was given; else it is what was learned by walking."""
+
+    @property
+    def settled(self) -> bool:
+        """Whether every cluster was accepted or skipped."""
+        return all(stop.state in SETTLED_STATES for stop in self.stops)
 
     def stop(self, tag_id: int) -> Stop | None:
         """The stop of this tag; None where the route has none."""

@@ -61,9 +61,9 @@ def _block(store: Store, seed: int, row: SimulatedRow) -> EntryId:
 def _visit(
     store: Store, block: EntryId, first_day: date, days: Sequence[int]
 ) -> tuple[int, EntryId]:
-    """The first of the days on which something is left to do, else the last one."""
+    """The first of the days on which something is left to do or to decide, else the last one."""
     for day in days:
         visit = store.visit(block, first_day + timedelta(days=day))
-        if walk_route(store.database, visit).next_tag() is not None:
+        if not walk_route(store.database, visit).settled:
             break
     return day, visit
