@@ -280,7 +280,7 @@ def test_bars_of_sizes_by_day() -> None:
     assert max(map(len, lines)) <= 47
     assert histogram(days, 20, 10)[0] == "    mm 25 May"
     assert histogram(days, 47, 3)[1].split()[0] == "6-8"
-    assert histogram([], 47, 10) == histogram(days[1:2], 47, 10) == ["No sizes yet."]
+    assert histogram([], 47, 10) == histogram(days[1:2], 47, 10) == ["No accepted sizes yet."]
 
 
 def test_growth_is_told_as_exactly_as_it_can_be(past: Past) -> None:

@@ -13,6 +13,7 @@ import signal
 import sys
 import termios
 from collections.abc import Callable
+from contextlib import suppress
 
 from fieldcam.errors import ScreenLost
 
@@ -52,8 +53,9 @@ def launch(screens: Callable[[], None]) -> None:
         screens()
         return
     status = _outlive(child)
-    if os.WIFSIGNALED(status) or termios.tcgetattr(terminal) != before:
-        _put_in_order(terminal, before)
+    with suppress(termios.error):  # there is nothing to put in order where it was closed
+        if os.WIFSIGNALED(status) or termios.tcgetattr(terminal) != before:
+            _put_in_order(terminal, before)
     if os.WIFSIGNALED(status):
         name = signal.strsignal(os.WTERMSIG(status))
         raise ScreenLost(

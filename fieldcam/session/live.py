@@ -24,7 +24,7 @@ from fieldcam.session.doubt import Doubtful, NotNow
 from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.reading import Analysis, Readings
 from fieldcam.session.shutter import Shot, Shutter
-from fieldcam.session.state import CameraState
+from fieldcam.session.state import CameraState, Shown
 from fieldcam.session.undoing import undo_last
 from fieldcam.session.viewing import WalkView
 from fieldcam.session.walk import DEADLINE_S
@@ -32,6 +32,7 @@ from fieldcam.store.captures import SavedCapture
 from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
+from fieldcam.values import Expectation
 
 
 class LiveWalk:
@@ -52,6 +53,7 @@ class LiveWalk:
         self._book = WalkBook(self._view)
         self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._camera, self._in_flight = CameraState.OPENING, 0
+        self._camera_trouble = ""
         self._analysis = start_analysis(lambda status: self._inbox.put(_nothing))
         self._readings = Readings(self._view, self._analysis, self._inbox.put, listener)
         self._inbox.put(partial(self._readings.take_up, again=False))
@@ -167,7 +169,8 @@ class LiveWalk:
         self._aiming.due = state.tag_id
         camera = CameraState.EXPOSING if self._in_flight else self._camera
         status = self._analysis.status
-        self._tell(events.Changed(replace(state, camera=camera, analysis=status)))
+        told = replace(state, camera=camera, camera_trouble=self._camera_trouble, analysis=status)
+        self._tell(events.Changed(told))
 
     def _fire(self, insist: bool = False) -> str:
         return self._sent(self._book.shot(insist))
@@ -185,7 +188,7 @@ class LiveWalk:
     def _took(self, shot: Shot | None, event: events.ShutterEvent) -> None:
         self._in_flight -= shot is not None
         if isinstance(event, events.CameraTrouble):
-            self._camera = CameraState.LOST
+            self._camera, self._camera_trouble = CameraState.LOST, str(event.error)
         elif isinstance(event, events.CameraReady | events.Saved):
             self._camera = CameraState.READY
         self._tell(event)
@@ -197,8 +200,15 @@ class LiveWalk:
         shown = self._view.shown(tag_id, self._view.route())
         if shown is not None:
             saved = SavedCapture(shown.id, shown.left, shown.right, self._store.database_path)
-            self._readings.submit(saved, self._view.expectation(tag_id), urgent=True)
+            self._readings.submit(saved, self._expected_beside(shown, tag_id), urgent=True)
         return done
+
+    def _expected_beside(self, shown: Shown, tag_id: int) -> Expectation:
+        """What this cluster had, beside the tag that the picture shows: it is the right one."""
+        expected, summary = self._view.expectation(tag_id), shown.record.reading
+        if summary is None or summary.tag_read is None:
+            return expected
+        return replace(expected, tag_id=summary.tag_read)
 
     def _undo(self) -> str:
         sentence, tag_id = undo_last(self._store, self._view.visit)

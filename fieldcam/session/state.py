@@ -111,6 +111,8 @@ class WalkState:
     waiting: int = 0
     """Saved pictures of this visit without a reading."""
     camera: CameraState = CameraState.READY
+    camera_trouble: str = ""
+    """Why the camera is lost, and what to do, in the camera's own words."""
     analysis: AnalysisStatus = field(default_factory=AnalysisStatus)
 
     @property

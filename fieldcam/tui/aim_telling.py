@@ -32,7 +32,8 @@ def aim_banner(state: WalkState, cue: Cue | None, automatic: Automatic) -> Banne
     if state.camera is CameraState.EXPOSING:
         return Banner("TAKING", "dots", Tone.BUSY, f"Taking tag {state.tag_id}: hold still.")
     if state.camera is CameraState.LOST:
-        sentence = "The camera does not answer: check its cable. It is found by itself."
+        usual = "The camera does not answer: check its cable. It is found by itself."
+        sentence = state.camera_trouble or usual
         return Banner("CAMERA", "cross", Tone.BAD, sentence)
     if cue is None or cue.due != state.tag_id:
         return Banner("WAIT", "dots", Tone.BUSY, f"Tag {state.tag_id}: no preview yet.")

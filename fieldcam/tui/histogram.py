@@ -20,7 +20,7 @@ def histogram(days: Sequence[tuple[date, Sequence[float]]], columns: int, rows: 
     fitting = max(1, (columns - LABEL) // LEAST_COLUMN)
     shown = [(day, sizes) for day, sizes in days if sizes][-fitting:]
     if not shown:
-        return ["No sizes yet."]
+        return ["No accepted sizes yet."]
     low = math.floor(min(min(sizes) for _, sizes in shown))
     high = max(max(sizes) for _, sizes in shown)
     # The coarsest step is taken where none fits; the screen cuts the rest off.

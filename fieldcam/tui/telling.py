@@ -66,7 +66,10 @@ def banner(state: WalkState) -> Banner:
         what = "a new tag" if state.tag_id is None else f"tag {state.tag_id}"
         return Banner("TAKING", "dots", Tone.BUSY, f"Taking {what}: hold still.")
     if state.tag_id is None and state.shown is None and not state.learning:
-        return Banner("ALL DONE", "tick", Tone.GOOD, "No cluster of this route needs a picture.")
+        sentence = "No cluster of this route needs a picture. Q ends the walk."
+        if state.simulated:
+            sentence += " Started again, the demo goes on with its next day."
+        return Banner("ALL DONE", "tick", Tone.GOOD, sentence)
     if state.shown is None:
         return _before_the_picture(state)
     if state.shown.record.action is Action.ACCEPT:
@@ -131,7 +134,8 @@ def sizes_heading(state: WalkState) -> str:
 
 def _before_the_picture(state: WalkState) -> Banner:
     if state.camera is CameraState.LOST:
-        sentence = "The camera does not answer: check its cable, then press Space."
+        usual = "The camera does not answer: check its cable, then press Space."
+        sentence = state.camera_trouble or usual
         return Banner("CAMERA", "cross", Tone.BAD, sentence)
     if state.learning:
         tree = f" of tree {state.tree}" if state.tree else ""
