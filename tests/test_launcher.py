@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import termios
 import tty
 from collections.abc import Callable
 from pathlib import Path
@@ -92,6 +93,26 @@ def test_the_screens_are_asked_to_end_when_the_launcher_is_killed(tmp_path: Path
         terminal.ended()
         terminal.all_ended()
         assert asked.exists()
+
+
+def test_a_terminal_that_was_closed_meanwhile_is_no_defect() -> None:
+    usual, asked = termios.tcgetattr, [False]
+
+    def closed_after_the_first(terminal: int) -> list[int | list[bytes | int]]:
+        if asked[0]:
+            raise termios.error(5, "Input/output error")
+        asked[0] = True
+        return usual(terminal)
+
+    def run() -> None:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(termios, "tcgetattr", closed_after_the_first)
+            launcher.launch(lambda: None)
+            say("ended well")
+
+    with Terminal(run) as terminal:
+        assert terminal.ended() == 0
+        assert "ended well" in terminal.seen
 
 
 def test_without_a_terminal_the_screens_run_in_this_process(
