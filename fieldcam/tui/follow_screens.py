@@ -60,7 +60,7 @@ class FollowScreen(Frame):
 
     def findings(self) -> ComposeResult:
         """What this screen has to say."""
-        raise NotImplementedError
+        return ()
 
     def show(self, sight: WalkState | Unseen, preview: Previewed | None) -> None:
         """Show this state, or why there is none; `preview` is None while nobody aims."""
