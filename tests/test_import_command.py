@@ -36,7 +36,7 @@ def analyst(monkeypatch: pytest.MonkeyPatch) -> FakeAnalyst:
     fake = FakeAnalyst()
 
     @contextmanager
-    def open_fake(data: Path) -> Iterator[FakeAnalyst]:
+    def open_fake(camera: None, models: Path, data: Path) -> Iterator[FakeAnalyst]:
         yield fake
 
     monkeypatch.setattr("fieldcam.cli.importing.open_analyst", open_fake)

@@ -8,19 +8,19 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import timedelta
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fieldcam.cli.analyst import open_analyst
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, count, positive_count
 from fieldcam.cli.console import at_a_terminal, emit, emit_json, narrate, table
 from fieldcam.cli.launcher import launch
 from fieldcam.cli.networks import checked_models
 from fieldcam.errors import BadInput
-from fieldcam.values import Calibration, Settings, Status
+from fieldcam.values import Status
 
 if TYPE_CHECKING:
     from fieldcam.camera.simulated import SimulatedCamera
@@ -115,18 +115,6 @@ def _walk(arguments: argparse.Namespace, block: Block) -> Iterator[_Stop]:
     ):
         for visit in _visits(store, block, arguments.days):
             yield from _walk_once(camera, visit, analyst, block)
-
-
-@contextmanager
-def open_analyst(camera: Calibration, models: Path, data: Path) -> Iterator[Analyst]:
-    """The analysis process; `models` is where a user's own networks may lie."""
-    from fieldcam.analysis.requests import Setup
-    from fieldcam.analysis.supervised import SupervisedAnalyst
-    from fieldcam.analysis.supervisor import Supervisor
-
-    setup = Setup(camera, Settings(), models)
-    with Supervisor(setup, data / "logs" / "analysis.log") as supervisor:
-        yield SupervisedAnalyst(supervisor)
 
 
 def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredVisit]:

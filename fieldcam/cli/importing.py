@@ -5,21 +5,20 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fieldcam.cli.analyst import open_analyst
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, name
 from fieldcam.cli.console import emit, emit_json, narrate
 from fieldcam.cli.networks import checked_models
 from fieldcam.cli.progress import progress
 from fieldcam.errors import BadInput
-from fieldcam.values import Settings, Status
+from fieldcam.values import Status
 
 if TYPE_CHECKING:
     from fieldcam.exchange.capture_folder import CaptureFolder, FolderProblem
     from fieldcam.session.importing import Outcome
-    from fieldcam.session.walk import Analyst
 
 
 def register(commands: Subparsers[Parser]) -> None:
@@ -60,20 +59,9 @@ def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[O
     from fieldcam.store.store import open_store
 
     path = data_path(arguments.data)
-    with open_store(path, DataKind.FIELD) as store, open_analyst(path) as analyst:
+    with open_store(path, DataKind.FIELD) as store, open_analyst(None, path, path) as analyst:
         block = store.block(Block(arguments.block))
         yield from import_pairs(store, block, analyst, found.captures)
-
-
-@contextmanager
-def open_analyst(data: Path) -> Iterator[Analyst]:
-    """The analysis process; every imported pair brings its own calibration."""
-    from fieldcam.analysis.requests import Setup
-    from fieldcam.analysis.supervised import SupervisedAnalyst
-    from fieldcam.analysis.supervisor import Supervisor
-
-    with Supervisor(Setup(None, Settings(), data), data / "logs" / "analysis.log") as supervisor:
-        yield SupervisedAnalyst(supervisor)
 
 
 def _problems(found: CaptureFolder, outcomes: Sequence[Outcome]) -> tuple[FolderProblem, ...]:
