@@ -81,50 +81,50 @@ class LiveWalk:
         self._order(lambda: self._sent(self._book.second_view()))
 
     def accept(self) -> None:
-        self._order(self._book.accept)
+        self._write(self._book.accept)
 
     def retake(self) -> None:
-        self._order(self._book.retake)
+        self._write(self._book.retake)
 
     def fallen(self) -> None:
-        self._order(partial(self._book.answer, Answer.FALLEN))
+        self._write(partial(self._book.answer, Answer.FALLEN))
 
     def hidden(self) -> None:
-        self._order(partial(self._book.answer, Answer.HIDDEN))
+        self._write(partial(self._book.answer, Answer.HIDDEN))
 
     def correct_tag(self, tag_id: int) -> None:
         """The picture shows this tag; it is read again with what is expected there."""
         self._order(partial(self._correct, tag_id))
 
     def other_target(self) -> None:
-        self._order(self._book.other_target)
+        self._write(self._book.other_target)
 
     def strike(self, fruitlet: int) -> None:
-        self._order(partial(self._book.strike, fruitlet))
+        self._write(partial(self._book.strike, fruitlet))
 
     def king(self, capture: EntryId, fruitlet: int) -> None:
-        self._order(partial(self._book.king, capture, fruitlet))
+        self._write(partial(self._book.king, capture, fruitlet))
 
     def add_by_hand(self, capture: EntryId, diameter_mm: float) -> None:
-        self._order(partial(self._book.add_by_hand, capture, diameter_mm))
+        self._write(partial(self._book.add_by_hand, capture, diameter_mm))
 
     def note(self, text: str) -> None:
-        self._order(partial(self._book.note, text))
+        self._write(partial(self._book.note, text))
 
     def skip(self) -> None:
-        self._order(self._book.skip)
+        self._write(self._book.skip)
 
     def go_to(self, tag_id: int) -> None:
-        self._order(partial(self._book.go_to, tag_id))
+        self._write(partial(self._book.go_to, tag_id))
 
     def step(self, by: int) -> None:
-        self._order(partial(self._book.step, by))
+        self._write(partial(self._book.step, by))
 
     def next_tree(self) -> None:
-        self._order(self._book.next_tree)
+        self._write(self._book.next_tree)
 
     def undo(self) -> None:
-        self._order(self._undo)
+        self._write(self._undo)
 
     def refresh(self) -> None:
         """Tell the state anew, since others wrote to the store."""
@@ -140,6 +140,10 @@ class LiveWalk:
         self._analysis.close()
         self._inbox.put(None)
         self._thread.join()
+
+    def _write(self, command: Callable[..., str]) -> None:
+        """The decision and what follows from it are durable together."""
+        self._order(partial(self._store.together, command))
 
     def _order(self, command: Callable[..., str]) -> None:
         self._inbox.put(partial(self._obey, command))
@@ -196,7 +200,7 @@ class LiveWalk:
             self._readings.submit(event.capture, shot.expectation, urgent=True)
 
     def _correct(self, tag_id: int, insist: bool = False) -> str:
-        done = self._book.correct_tag(tag_id, insist)
+        done = self._store.together(self._book.correct_tag, tag_id, insist)
         shown = self._view.shown(tag_id, self._view.route())
         if shown is not None:
             saved = SavedCapture(shown.id, shown.left, shown.right, self._store.database_path)

@@ -14,6 +14,7 @@ from fieldcam.store.connection import rows
 from fieldcam.store.durations import visit_times
 from fieldcam.store.folder import DataKind
 from fieldcam.store.history import CaptureRecord, ClusterMark, capture_record, cluster_marks
+from fieldcam.store.journal import changes
 from fieldcam.store.lookups import row_of
 from fieldcam.store.objects import Objects
 from fieldcam.store.read_only import ReadableStore
@@ -21,13 +22,17 @@ from fieldcam.store.readings import stored_reading
 from fieldcam.store.resuming import (
     Waiting,
     capture_without_tag,
-    resume,
+    count_unread,
+    standing_at,
     waiting_for_analysis,
 )
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.store.walks import ClusterState, Stop, WalkRoute, expectation, walk_route
 from fieldcam.values import ClusterReading, Expectation, PixelFormat
+
+Place = tuple[int | None, EntryId | None]
+"""A tag and a tree."""
 
 
 @dataclass(slots=True)
@@ -38,18 +43,19 @@ class VisitView:
     visit: EntryId
     _readings: dict[EntryId, ClusterReading] = field(default_factory=dict)
     """The last one read: a whole reading takes a while to decode."""
+    _latest: tuple[tuple[int, ...], WalkRoute, Place] | None = None
+    """What the rows were when they were read, and what they said."""
 
     def standing(self) -> int | None:
         """The tag where the operator stands; None: all are done, or it is not known yet."""
         return self.place()[0]
 
-    def place(self) -> tuple[int | None, EntryId | None]:
+    def place(self) -> Place:
         """The tag and the tree where the operator stands."""
-        found = resume(self.store.database, self.visit)
-        return (None, None) if found is None else (found.tag_id, found.tree)
+        return self._now()[1]
 
     def route(self) -> WalkRoute:
-        return walk_route(self.store.database, self.visit)
+        return self._now()[0]
 
     def shown(self, tag_id: int | None, route: WalkRoute) -> Shown | None:
         """The last picture of a cluster; without a tag, the last one of which none is known."""
@@ -83,16 +89,11 @@ class VisitView:
             warnings=tuple(_warnings(shown, route)),
             seconds_per_cluster=visit_times(database, self.visit).median_s,
             free_bytes=self.store.space.free_bytes,
-            waiting=len(self.unread()),
+            waiting=count_unread(database, self.visit),
         )
 
-    def unread(self) -> list[Waiting]:
-        """Saved pictures of this visit without a reading."""
-        waiting = waiting_for_analysis(self.store.database)
-        return [picture for picture in waiting if picture.visit == self.visit]
-
     def unread_of_block(self) -> list[tuple[Waiting, Expectation]]:
-        """The same of all visits of this block, with what was expected there.
+        """Saved pictures of this block without a reading, with what was expected there.
 
         An earlier day may have ended before its last pictures were read.
         """
@@ -112,6 +113,15 @@ class VisitView:
     def expectation(self, tag_id: int | None) -> Expectation:
         """What is known about a cluster from the last visit."""
         return expected_at(self.store.database, self.visit, tag_id)
+
+    def _now(self) -> tuple[WalkRoute, Place]:
+        """Read once for each change: a command and its screen ask for it many times."""
+        database = self.store.database
+        before = changes(database)
+        if self._latest is None or self._latest[0] != before:
+            route = walk_route(database, self.visit)
+            self._latest = before, route, standing_at(database, route)
+        return self._latest[1:]
 
     def _marks(self, block: EntryId, tag_id: int | None) -> tuple[ClusterMark, ...]:
         if tag_id is None:

@@ -47,6 +47,16 @@ def append(
     return tuple(draft.id for draft in drafts)
 
 
+def changes(database: Database) -> tuple[int, ...]:
+    """Another value after each change of the rows, whichever connection made it.
+
+    The last turn is among them since a transaction that is rolled back changes only that.
+    """
+    (others,) = database.execute("PRAGMA data_version").fetchone()
+    (turn,) = database.execute("SELECT max(turn) FROM entry").fetchone()
+    return others, database.conn.total_changes, turn or 0
+
+
 def insert(database: Database, table: str, values: dict[str, Any]) -> None:
     """One row, given by its columns."""
     places = ", ".join(f":{name}" for name in values)

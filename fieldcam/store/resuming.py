@@ -75,7 +75,7 @@ def resume(database: Database, visit: EntryId | None = None) -> Resumption | Non
     if not found:
         return None
     row = found[0]
-    tag_id, tree = _standing_at(database, row["id"])
+    tag_id, tree = standing_at(database, walk_route(database, row["id"]))
     return Resumption(
         block=row["block"],
         visit=row["id"],
@@ -97,14 +97,19 @@ _LAST_TURN = (
 )
 
 
+_UNREAD = "FROM capture_now WHERE reading IS NULL AND action IS NOT 'discard'"
+
+
+def count_unread(database: Database, visit: EntryId) -> int:
+    """How many pictures of a visit wait for their analysis."""
+    found = rows(database, f"SELECT count(*) AS waiting {_UNREAD} AND visit = ?", visit)
+    return int(found[0]["waiting"])
+
+
 def waiting_for_analysis(database: Database) -> tuple[Waiting, ...]:
     """Saved pictures without a reading, the oldest first; discarded ones apart."""
-    found = rows(
-        database,
-        "SELECT *, (SELECT count(*) FROM analysis_failure WHERE capture = capture_now.id)"
-        " AS failures FROM capture_now"
-        " WHERE reading IS NULL AND action IS NOT 'discard' ORDER BY turn",
-    )
+    failures = "(SELECT count(*) FROM analysis_failure WHERE capture = capture_now.id)"
+    found = rows(database, f"SELECT *, {failures} AS failures {_UNREAD} ORDER BY turn")
     path = database_path(database)
     return tuple(
         Waiting(
@@ -156,10 +161,12 @@ def tree_when_taken(database: Database, visit: EntryId, capture: EntryId) -> Ent
     return None if last is None else _tree_at(walk_route(database, visit), last)
 
 
-def _standing_at(database: Database, visit: EntryId) -> tuple[int | None, EntryId | None]:
-    """The later of the last picture and the last turn to another tag or tree."""
-    went, taken = _went(database, visit), _taken(database, visit)
-    route = walk_route(database, visit)
+def standing_at(database: Database, route: WalkRoute) -> tuple[int | None, EntryId | None]:
+    """The tag and the tree where the operator stands on this visit.
+
+    That of the later of the last picture and the last turn to another tag or tree.
+    """
+    went, taken = _went(database, route.visit), _taken(database, route.visit)
     if went and (not taken or went[0]["turn"] > taken[0]["turn"]):
         tag_id = went[0]["tag_id"]
     elif taken and taken[0]["action"] in (None, "retake"):

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from datetime import date
 from pathlib import Path
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import ParamSpec, Self, TypeVar
 from weakref import WeakSet, finalize
 
 from sqlite_utils import Database
@@ -35,6 +35,7 @@ from fieldcam.store.walk_rows import Capture, Event, EventKind, Visit
 from fieldcam.values import RawPair
 
 DATABASE_NAME = "fieldcam.db"
+_Given = ParamSpec("_Given")
 _Result = TypeVar("_Result")
 
 
@@ -53,6 +54,9 @@ class Store:
         """Who the rows are written by; None: unknown."""
         self._clock = clock
         self._local = threading.local()
+        # SQLite makes a writer that finds the database locked sleep for a while; threads
+        # of one store wait for each other here, and not a moment longer than they must.
+        self._turn = threading.RLock()
         self._open: WeakSet[Database] = WeakSet()
         migrate(self.database, self.database_path)
         self.identity: Identity = self._with_reserve(lambda: identify(self.database, clock=clock))
@@ -74,7 +78,7 @@ class Store:
 
         On a full disk the reserve is given up for them.
         """
-        return self._with_reserve(
+        return self.together(
             lambda: append(
                 self.database,
                 self.identity.device,
@@ -84,6 +88,20 @@ class Store:
                 clock=self._clock,
             )
         )
+
+    def together(
+        self, action: Callable[_Given, _Result], *args: _Given.args, **kwargs: _Given.kwargs
+    ) -> _Result:
+        """All that the action writes in one transaction, which costs the disk one wait.
+
+        On a full disk the reserve is given up and the action called again.
+        """
+
+        def in_one() -> _Result:
+            with self._turn, writing(self.database):
+                return action(*args, **kwargs)
+
+        return self._with_reserve(in_one)
 
     def undo(self, entry: EntryId, why: str | None = None) -> EntryId:
         """Let a decision, mark, correction, skip or note count no more."""
@@ -181,11 +199,10 @@ class Store:
         )
 
         def look_up_or_append() -> EntryId:
-            with writing(self.database):
-                found = rows(self.database, sql, *parameters)
-                return found[0]["id"] if found else self.append(row)[0]
+            found = rows(self.database, sql, *parameters)
+            return found[0]["id"] if found else self.append(row)[0]
 
-        return self._with_reserve(look_up_or_append)
+        return self.together(look_up_or_append)
 
     def _with_reserve(self, action: Callable[[], _Result]) -> _Result:
         inside = self.database.conn.in_transaction
