@@ -8,7 +8,6 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.events import ScreenResume, ScreenSuspend
-from textual.widgets import Static
 
 from fieldcam.session.automatic import Automatic
 from fieldcam.session.commands import Walk
@@ -25,6 +24,7 @@ from fieldcam.tui.preview_view import PreviewView
 from fieldcam.tui.range_view import RangeView
 from fieldcam.tui.remote import SHOOT
 from fieldcam.tui.telling import Tone, progress
+from fieldcam.tui.words import Words
 
 AUTOMATIC = Key("AUTOMATIC  G", "automatic", Tone.ASK)
 TO_WALK = Key("WALK  Escape", "walk", Tone.PLAIN)
@@ -57,9 +57,9 @@ class AimScreen(Page):
                 yield BannerView(id="next")
                 yield RangeView(id="range")
                 yield CuesView(id="cues")
-                yield Static(id="automatic", markup=False)
-        yield Static(id="heard", markup=False)
-        yield Static(id="progress", markup=False)
+                yield Words(id="automatic", markup=False)
+        yield Words(id="heard", markup=False)
+        yield Words(id="progress", markup=False)
         with Horizontal(id="keys"):
             yield from map(big_button, (CAPTURE, AUTOMATIC, TO_WALK))
 
@@ -73,13 +73,13 @@ class AimScreen(Page):
         super().show(state)
         moved_on = self._state is None or state.tag_id != self._state.tag_id
         if moved_on:
-            self.query_one("#heard", Static).update("")
+            self.query_one("#heard", Words).update("")
         if moved_on or state.camera is CameraState.LOST:
             # An old picture must not look like a live one.
             self._cue = None
             self.query_one(PreviewView).show(None)
         self._state = state
-        self.query_one("#progress", Static).update(progress(state))
+        self.query_one("#progress", Words).update(progress(state))
         self._write(state)
 
     def look(self, event: Previewed) -> None:
@@ -93,7 +93,7 @@ class AimScreen(Page):
             self.walk.shoot()
 
     def hear(self, told: News) -> None:
-        heard = self.query_one("#heard", Static)
+        heard = self.query_one("#heard", Words)
         heard.update(told.sentence)
         heard.set_class(told.bad, "-bad")
 
@@ -122,6 +122,6 @@ class AimScreen(Page):
         self.query_one(BannerView).show(aim_banner(state, cue, self._automatic), "")
         self.query_one(RangeView).show(None if cue is None else cue.range_mm)
         self.query_one(CuesView).show(cue)
-        automatic = self.query_one("#automatic", Static)
+        automatic = self.query_one("#automatic", Words)
         automatic.update(automatic_line(state, self._automatic))
         automatic.set_class(self._automatic.on, "-on")

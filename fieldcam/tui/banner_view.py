@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.widgets import Static
 
 from fieldcam.tui.letters import HEIGHT, big, shape
 from fieldcam.tui.telling import Banner, Tone
+from fieldcam.tui.words import Words
 
 SCALES = ((2, 2), (2, 1), (1, 1))
 """Columns in a pixel of the word, and of its shape and count; the first that fits is taken."""
@@ -25,8 +25,8 @@ class BannerView(Vertical):
         self._count = ""
 
     def compose(self) -> ComposeResult:
-        yield Static(id="word", markup=False)
-        yield Static(id="sentence", markup=False)
+        yield Words(id="word", markup=False)
+        yield Words(id="sentence", markup=False)
 
     def show(self, banner: Banner, count: str) -> None:
         """`count` is the target's, such as 5/6; empty where there is none."""
@@ -34,14 +34,14 @@ class BannerView(Vertical):
             self.set_class(tone is banner.tone, f"-{tone}")
         self._banner, self._count = banner, count
         self._draw(banner)
-        self.query_one("#sentence", Static).update(banner.sentence)
+        self.query_one("#sentence", Words).update(banner.sentence)
 
     def on_resize(self) -> None:
         if self._banner is not None:
             self._draw(self._banner)
 
     def _draw(self, banner: Banner) -> None:
-        word = self.query_one("#word", Static)
+        word = self.query_one("#word", Words)
         if word.content_size.height > 2 * HEIGHT:
             lines = [
                 *self._fitting(big(banner.word, scale) for scale, _ in SCALES),

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from rich.text import Text
-from textual.widgets import Static
 
 from fieldcam.session.cue import Cue
 from fieldcam.tui.aim_telling import CueLine, cue_lines
 from fieldcam.tui.lights_view import WORDS
+from fieldcam.tui.words import Words
 
 COLOURS = {True: "success", False: "error", None: "foreground"}
 
 
-class CuesView(Static):
+class CuesView(Words):
     """Shows tag, range, stillness and flash of one look."""
 
     def __init__(self, id: str | None = None) -> None:

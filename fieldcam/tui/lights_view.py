@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from textual.app import ComposeResult
 from textual.containers import Horizontal
-from textual.widgets import Static
 
 from fieldcam.session.state import Shown
 from fieldcam.tui.telling import LIGHTS, lights
+from fieldcam.tui.words import Words
 
 WORDS = {True: "good", False: "BAD", None: "-"}
 
@@ -17,11 +17,11 @@ class LightsView(Horizontal):
 
     def compose(self) -> ComposeResult:
         for name in LIGHTS:
-            yield Static(f"{name} -", id=f"light-{name}")
+            yield Words(f"{name} -", id=f"light-{name}")
 
     def show(self, shown: Shown | None) -> None:
         for light in lights(shown):
-            lamp = self.query_one(f"#light-{light.name}", Static)
+            lamp = self.query_one(f"#light-{light.name}", Words)
             lamp.update(f"{light.name} {WORDS[light.good]}")
             lamp.set_class(light.good is True, "-good")
             lamp.set_class(light.good is False, "-bad")

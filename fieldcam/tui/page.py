@@ -26,6 +26,7 @@ from fieldcam.store.store import DATABASE_NAME
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.messages import LookedUp
 from fieldcam.tui.news import News
+from fieldcam.tui.words import Words
 
 _Found = TypeVar("_Found")
 LEAST = (80, 24)
@@ -44,9 +45,9 @@ class Frame(Screen[None]):
         yield Static(id="small")
         with Vertical(id="page"):
             with Vertical(id="bar"):
-                yield Static(id="simulated")
-                yield Static(id="where", markup=False)
-                yield Static(id="disk")
+                yield Words(id="simulated")
+                yield Words(id="where", markup=False)
+                yield Words(id="disk")
             yield from self.body()
             yield Footer(compact=True, show_command_palette=False)
 
@@ -56,11 +57,11 @@ class Frame(Screen[None]):
 
     def show_bar(self, block: str, day: date, simulated: bool, free_bytes: int) -> None:
         """What stands on top."""
-        self.query_one("#simulated", Static).update("SIMULATED")
+        self.query_one("#simulated", Words).update("SIMULATED")
         self.query_one("#simulated").display = simulated
         parts = [self.TITLE or "", block, f"{day:%d %b %Y}"]
-        self.query_one("#where", Static).update("   ".join(filter(None, parts)))
-        self.query_one("#disk", Static).update(f"{free_bytes / 1e9:.0f} GB free")
+        self.query_one("#where", Words).update("   ".join(filter(None, parts)))
+        self.query_one("#disk", Words).update(f"{free_bytes / 1e9:.0f} GB free")
         self.query_one("#disk").set_class(free_bytes < LOW_DISK_BYTES, "-bad")
 
     def hear(self, told: News) -> None:

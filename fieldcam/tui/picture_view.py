@@ -8,7 +8,7 @@ from functools import partial
 from typing import ClassVar
 
 import numpy as np
-from rich.color import Color
+from rich.color import Color, ColorType
 from rich.color_triplet import ColorTriplet
 from rich.segment import Segment
 from rich.style import Style
@@ -45,8 +45,9 @@ class PictureView(Widget):
         self._shown: Shown | None = None
 
     def show(self, shown: Shown | None) -> None:
-        self._shown = shown
-        self._redraw()
+        before, self._shown = self._shown, shown
+        if _seen_of(shown) != _seen_of(before):
+            self._redraw()
 
     def on_resize(self) -> None:
         self._redraw()
@@ -66,7 +67,8 @@ class PictureView(Widget):
             return
         self._draw(self._shown, (width * columns, height * rows))
 
-    @work(thread=True, exclusive=True, group="picture", exit_on_error=False)
+    # Without a description Textual would write out the whole reading, arrays and all.
+    @work(thread=True, exclusive=True, group="picture", exit_on_error=False, description="still")
     def _draw(self, shown: Shown, size: tuple[int, int]) -> None:
         small: ImageU8 | None = None
         # The numbers stay on the screen; the start-up check names missing files.
@@ -130,6 +132,11 @@ def picture_view(pictures: Pictures) -> PictureView:
     return kinds.get(pictures, BlockPicture)()
 
 
+def _seen_of(shown: Shown | None) -> tuple[object, ...] | None:
+    """What the view draws of a picture: to draw it takes longer than all other widgets."""
+    return None if shown is None else (shown.left, shown.record.reading)
+
+
 def half_blocks(small: ImageU8) -> list[Strip]:
     """Two rows of pixels in one row of cells."""
     return [_strip(top, bottom, HALF) for top, bottom in zip(small[::2], small[1::2], strict=True)]
@@ -142,9 +149,10 @@ def full_cells(small: ImageU8) -> list[Strip]:
 
 def _strip(top: ImageU8, bottom: ImageU8, glyph: str) -> Strip:
     pairs = np.concatenate([top, bottom], axis=1).tolist()
-    cells = [Segment(glyph, Style(color=_rgb(p[:3]), bgcolor=_rgb(p[3:]))) for p in pairs]
+    cells = [Segment(glyph, Style.from_color(_rgb(p[:3]), _rgb(p[3:]))) for p in pairs]
     return Strip(cells, len(cells))
 
 
 def _rgb(values: list[int]) -> Color:
-    return Color.from_triplet(ColorTriplet(*values))
+    # `Color.from_triplet` spells out each colour's name, which takes twice as long as all else.
+    return Color("", ColorType.TRUECOLOR, triplet=ColorTriplet(*values))

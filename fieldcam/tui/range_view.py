@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from textual.widgets import Static
-
 from fieldcam.tui.aim_telling import range_bar
+from fieldcam.tui.words import Words
 
 
-class RangeView(Static):
+class RangeView(Words):
     """Shows one range, or the bar alone where it is not known."""
 
     def __init__(self, id: str | None = None) -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from rich.text import Text
-from textual.widgets import Static
 
 from fieldcam.store.history import FruitletSeen, ReadingSummary
 from fieldcam.store.judgement_rows import MarkKind
 from fieldcam.tui.letters import BLOCK
+from fieldcam.tui.words import Words
 
 LONGEST_MM = 25.0
 """Of a full bar."""
@@ -17,7 +17,7 @@ THIN = "="
 BAR_LEAST, WORDS = 6, 17
 
 
-class SizesView(Static):
+class SizesView(Words):
     """Shows the fruitlets of the target cluster."""
 
     def __init__(self, id: str | None = None) -> None:
