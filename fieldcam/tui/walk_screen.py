@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
-from textual.widgets import Static
 
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import CameraState, WalkState
@@ -24,6 +25,9 @@ from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.remote import SHOOT
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.telling import banner, counted, not_saved, progress, sizes_heading
+from fieldcam.tui.words import Words
+
+STEPS = {-1: "Previous tag …", 1: "Next tag …"}
 
 
 class WalkScreen(Page):
@@ -63,8 +67,8 @@ class WalkScreen(Page):
             yield picture_view(self.pictures)
             yield SizesView(id="sizes")
             yield DaysView()
-        yield Static(id="said", markup=False)
-        yield Static(id="progress", markup=False)
+        yield Words(id="said", markup=False)
+        yield Words(id="progress", markup=False)
         yield BigButtons(id="buttons")
 
     def show(self, state: WalkState) -> None:
@@ -82,7 +86,7 @@ class WalkScreen(Page):
         reading = None if state.shown is None else state.shown.record.reading
         self.query_one(SizesView).show(sizes_heading(state), reading)
         self.query_one(BigButtons).show(question=state.missing > 0)
-        self.query_one("#progress", Static).update(progress(state))
+        self.query_one("#progress", Words).update(progress(state))
 
     def _look_back(self, state: WalkState) -> None:
         """Where there is room for it."""
@@ -97,48 +101,55 @@ class WalkScreen(Page):
         )
 
     def hear(self, told: News) -> None:
-        said = self.query_one("#said", Static)
+        said = self.query_one("#said", Words)
         said.update(told.sentence)
         said.set_class(told.bad, "-bad")
         self._unsaved = told.sentence if told.unsaved else ""
 
+    def _ask(self, sentence: str, command: Callable[[], None]) -> None:
+        """Say at once that a key was heard: the walk answers when its rows are durable."""
+        said = self.query_one("#said", Words)
+        said.update(sentence)
+        said.remove_class("-bad")
+        command()
+
     def action_shoot(self) -> None:
-        self.walk.shoot()
+        self._ask("Taking the picture …", self.walk.shoot)
 
     def action_accept(self) -> None:
-        self.walk.accept()
+        self._ask("Accept …", self.walk.accept)
 
     def action_retake(self) -> None:
-        self.walk.retake()
+        self._ask("Retake …", self.walk.retake)
 
     def action_second_view(self) -> None:
-        self.walk.second_view()
+        self._ask("Second view …", self.walk.second_view)
 
     def action_fallen(self) -> None:
-        self.walk.fallen()
+        self._ask("Fallen …", self.walk.fallen)
 
     def action_hidden(self) -> None:
-        self.walk.hidden()
+        self._ask("Hidden …", self.walk.hidden)
 
     def action_other_target(self) -> None:
-        self.walk.other_target()
+        self._ask("Other target …", self.walk.other_target)
 
     def action_strike(self) -> None:
         chosen = self.query_one(SizesView).chosen
         if chosen is not None:
-            self.walk.strike(chosen)
+            self._ask("Strike …", partial(self.walk.strike, chosen))
 
     def action_skip(self) -> None:
-        self.walk.skip()
+        self._ask("Skip …", self.walk.skip)
 
     def action_undo(self) -> None:
-        self.walk.undo()
+        self._ask("Undo …", self.walk.undo)
 
     def action_step(self, by: int) -> None:
-        self.walk.step(by)
+        self._ask(STEPS[by], partial(self.walk.step, by))
 
     def action_next_tree(self) -> None:
-        self.walk.next_tree()
+        self._ask("Next tree …", self.walk.next_tree)
 
     def action_choose(self, by: int) -> None:
         self.query_one(SizesView).choose(by)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -21,6 +22,10 @@ from fieldcam.tui.app import FieldcamApp
 from fieldcam.tui.ending import ended_by_signals
 from fieldcam.tui.looks import chosen_look
 from fieldcam.tui.sound import VARIABLE, chosen_sound
+
+SWITCH_S = 0.001
+"""How long one thread may keep the interpreter from the others: to save a picture it is
+asked for a dozen times, each of which may wait for so long behind a drawing screen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +63,7 @@ def run(
 
     Raises Stopped where a signal ended it.
     """
+    sys.setswitchinterval(SWITCH_S)
     look = chosen_look(os.environ)
     if not look.colour:
         # Textual's own sign; it is read when the app is made.

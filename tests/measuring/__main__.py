@@ -24,13 +24,13 @@ from torture.rowed_walk import open_folder
 from measuring.apps import Scenery, Telling, render, telling_app
 
 KEYS = {
-    "right": ("\x1b[C", "At tag"),
-    "left": ("\x1b[D", "At tag"),
-    "capture": (" ", "Taking tag"),
-    "skip": ("k", "skipped"),
-    "undo": ("u", "Undone"),
+    "right": ("\x1b[C", "Next tag", "At tag"),
+    "left": ("\x1b[D", "Previous tag", "At tag"),
+    "capture": (" ", "Taking the picture", "Taking tag"),
+    "skip": ("k", "Skip", "skipped"),
+    "undo": ("u", "Undo …", "Undone"),
 }
-"""What is pressed, and what must then be on the screen."""
+"""What is pressed, what says that it was heard, and what that it was done."""
 KEY_S = 2.0
 PRESSES = 40
 PICTURES, CAPTURES, READ = 3, 1000, 200
@@ -62,33 +62,43 @@ def p95(values: Sequence[float]) -> float:
 def _keys(folder: Path, scenery: Scenery) -> Iterator[str]:
     """Keys while pictures are being read without a pause."""
     with telling_app(folder, scenery) as told:
-        took_ms: list[float] = []
+        heard_ms: list[float] = []
+        done_ms: list[float] = []
         for number in range(PRESSES):
             while told.pending < 2:
                 told.terminal.press(" ")
                 told.look_on(0.3)
-            for keys, answer in KEYS.values():
-                took_ms.append(_pressed(told, keys, answer))
+            for keys, heard, done in KEYS.values():
+                took_ms = _pressed(told, keys, heard, done)
+                heard_ms.append(took_ms[0])
+                done_ms.append(took_ms[1])
                 told.look_on(0.05 + 0.01 * (number % 7))
-    slow = sum(ms > 50 for ms in took_ms)
-    yield (
-        f"| key press to screen, both networks running: p95 of {len(took_ms)}"
-        f" (median {median(took_ms):.0f} ms, {slow} over 50 ms) | {p95(took_ms):.0f} ms | 50 ms |"
-    )
+    for what, goal, took in ("screen", "50 ms", heard_ms), ("its answer", "", done_ms):
+        yield (
+            f"| key press to {what}, both networks running: p95 of {len(took)}"
+            f" (median {median(took):.0f} ms) | {p95(took):.0f} ms | {goal} |"
+        )
 
 
-def _pressed(told: Telling, keys: str, answer: str) -> float:
-    """Milliseconds from the key to the first output that holds the answer."""
+def _pressed(told: Telling, keys: str, heard: str, done: str) -> tuple[float, float]:
+    """Milliseconds from the key to the first output that says something of it, and to its answer.
+
+    An answer that comes before the screen is drawn takes the place of the other one.
+    """
     terminal = told.terminal
     while terminal.look(0):
         pass
     before, started = len(terminal.seen), perf_counter()
     terminal.press(keys)
-    while perf_counter() - started < KEY_S:
+    heard_ms: float | None = None
+    while True:
+        took_ms = (perf_counter() - started) * 1000
+        seen = ESCAPE.sub("", terminal.seen[before:])
+        if heard_ms is None and (heard in seen or done in seen):
+            heard_ms = took_ms
+        if done in seen or took_ms > KEY_S * 1000:
+            return took_ms if heard_ms is None else heard_ms, took_ms
         terminal.look(0.5)
-        if answer in ESCAPE.sub("", terminal.seen[before:]):
-            break
-    return (perf_counter() - started) * 1000
 
 
 def _times(folder: Path, scenery: Scenery) -> Iterator[str]:
