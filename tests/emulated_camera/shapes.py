@@ -1,0 +1,58 @@
+"""Stereo heads of every shape, plugged in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from .bus import UsbBus
+from .camera import Camera, Eyes, Sensor
+from .descriptors import Identity
+from .head import Head
+from .pictures import PictureSource
+
+LEFT_SERIAL, RIGHT_SERIAL, HEAD_SERIAL = "EMU-LEFT-01", "EMU-RIGHT-02", "EMU-HEAD-03"
+
+
+class Shape(Enum):
+    """How the two eyes reach the host."""
+
+    TWO_DEVICES = "two-devices"
+    """The left one has the flash and, over the wire, triggers the right one."""
+    SIDE_BY_SIDE = "side-by-side"
+    ALTERNATING = "alternating"
+
+
+@dataclass(frozen=True, slots=True)
+class StereoHead:
+    """A head and its cameras, left before right."""
+
+    head: Head
+    cameras: tuple[Camera, ...]
+
+    def plug(self) -> None:
+        """Plug all in, those that are plugged in already after pulling them."""
+        self.unplug()
+        for camera in self.cameras:
+            self.head.bus.plug(camera)
+
+    def unplug(self) -> None:
+        for camera in self.cameras:
+            self.head.bus.unplug(camera)
+
+
+def stereo_head(
+    bus: UsbBus, shape: Shape, source: PictureSource, eye_px: tuple[int, int], **sensor: object
+) -> StereoHead:
+    """A head of this shape, not plugged in yet; `sensor` changes fields of Sensor."""
+    head = Head(bus, source)
+    parts = {
+        Shape.TWO_DEVICES: ((Eyes.LEFT, LEFT_SERIAL), (Eyes.RIGHT, RIGHT_SERIAL)),
+        Shape.SIDE_BY_SIDE: ((Eyes.BESIDE, HEAD_SERIAL),),
+        Shape.ALTERNATING: ((Eyes.ALTERNATING, HEAD_SERIAL),),
+    }[shape]
+    cameras = tuple(
+        Camera(Identity(serial), replace(Sensor(eyes, *eye_px), **sensor), head)
+        for eyes, serial in parts
+    )
+    return StereoHead(head, cameras)
