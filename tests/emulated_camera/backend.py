@@ -14,6 +14,7 @@ from array import array
 from collections.abc import Iterator
 from types import SimpleNamespace
 
+import numpy as np
 import usb.backend
 import usb.core
 
@@ -30,16 +31,16 @@ _DEVICE = (
     "bLength bDescriptorType bcdUSB bDeviceClass bDeviceSubClass bDeviceProtocol "
     "bMaxPacketSize0 idVendor idProduct bcdDevice iManufacturer iProduct iSerialNumber "
     "bNumConfigurations"
-).split()
+)
 _CONFIGURATION = (
     "bLength bDescriptorType wTotalLength bNumInterfaces bConfigurationValue iConfiguration "
     "bmAttributes bMaxPower"
-).split()
+)
 _INTERFACE = (
     "bLength bDescriptorType bInterfaceNumber bAlternateSetting bNumEndpoints bInterfaceClass "
     "bInterfaceSubClass bInterfaceProtocol iInterface"
-).split()
-_ENDPOINT = "bLength bDescriptorType bEndpointAddress bmAttributes wMaxPacketSize bInterval".split()
+)
+_ENDPOINT = "bLength bDescriptorType bEndpointAddress bmAttributes wMaxPacketSize bInterval"
 
 
 class Handle:
@@ -50,7 +51,7 @@ class Handle:
         self.claimed: set[int] = set()
 
 
-class EmulatedBackend(usb.backend.IBackend):  # type: ignore[misc]
+class EmulatedBackend(usb.backend.IBackend):
     """What pyusb asks of libusb, answered by the devices on a bus."""
 
     def __init__(self, bus: UsbBus) -> None:
@@ -145,8 +146,8 @@ class EmulatedBackend(usb.backend.IBackend):  # type: ignore[misc]
             with self.bus.changed:
                 self.bus.clock.wait(self.bus.changed, _WAIT_NS)
         if taken.data:
-            source = (ctypes.c_char * len(taken.data)).from_buffer_copy(taken.data)
-            ctypes.memmove(address, source, len(taken.data))
+            source = np.frombuffer(taken.data, np.uint8)
+            ctypes.memmove(address, source.ctypes.data, source.size)
         _check(taken.error)
         return len(taken.data)
 
@@ -217,8 +218,8 @@ def _error(number: int) -> usb.core.USBError:
     return usb.core.USBError(os.strerror(number), _LIBUSB[number], number)
 
 
-def _named(names: list[str], values: tuple[int, ...]) -> SimpleNamespace:
-    return SimpleNamespace(**dict(zip(names, values, strict=True)))
+def _named(names: str, values: tuple[int, ...]) -> SimpleNamespace:
+    return SimpleNamespace(**dict(zip(names.split(), values, strict=True)))
 
 
 def _configuration(plugged: Plugged) -> SimpleNamespace:

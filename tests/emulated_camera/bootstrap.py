@@ -97,7 +97,7 @@ def _abrm(identity: Identity, space: AddressSpace) -> dict[int, Register]:
         Abrm.MANUFACTURER_INFO: identity.info,
         Abrm.SERIAL: identity.serial,
     }
-    found = {
+    found: dict[int, Register] = {
         offset: _fixed(block, offset, text.encode().ljust(TEXT_LENGTH, b"\0"))
         for offset, text in texts.items()
     }
@@ -129,7 +129,7 @@ def _abrm(identity: Identity, space: AddressSpace) -> dict[int, Register]:
 
 def _sbrm(space: AddressSpace) -> dict[int, Register]:
     block = space.add(SBRM, 0x1000)
-    found = {
+    found: dict[int, Register] = {
         offset: _fixed(block, SBRM + offset, number.to_bytes(length, "little"))
         for offset, number, length in (
             (Sbrm.VERSION, _VISION_1_0, 4),
@@ -153,7 +153,7 @@ def _sbrm(space: AddressSpace) -> dict[int, Register]:
 def _sirm(space: AddressSpace) -> dict[int, Register]:
     block = space.add(SIRM, 0x1000)
     trailer = TRAILER.size + CHUNK_LAYOUT.size
-    found = {
+    found: dict[int, Register] = {
         offset: _fixed(block, SIRM + offset, number.to_bytes(length, "little"))
         for offset, number, length in (
             (Sirm.INFO, ALIGNMENT_LOG2 << 24, 4),

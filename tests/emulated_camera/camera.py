@@ -22,13 +22,11 @@ from .head import Head
 from .image_chunks import Facts, with_chunks
 from .pictures import AMBIENT, NOMINAL_US, Darkroom, Development, Image
 from .pipes import InPipe
-from .protocol import EXPOSURE_END_EVENT, SHUTTER_EVENT, TEST_EVENT, Abrm, Eirm, Sirm
+from .protocol import EXPOSURE_END_EVENT, SHUTTER_EVENT, TEST_EVENT, Abrm, Sirm
 from .registers import AddressSpace
 from .settings import Settings
 from .shutter import READOUT_NS, Exposure, Shutter
 
-BLOCKS_KEPT = 6
-"""How many blocks the camera's memory holds; what comes then is lost."""
 BROWN_OUT_NS = 3_000_000
 RESET_NS = 300_000_000
 """How long a camera is away when it is told to reset."""
@@ -52,16 +50,18 @@ SOURCES = {Eyes.ALTERNATING: ("Source0", "Source1")}
 class Sensor:
     """What differs between cameras."""
 
-    eyes: Eyes
-    width_px: int
+    eyes: Eyes = Eyes.LEFT
+    width_px: int = 1440
     """Of one eye."""
-    height_px: int
+    height_px: int = 1080
     drift_ppm: float = 0.0
     file_kind: FileKind = FileKind.ZIPPED
     bytes_per_s: float | None = None
     """Of the link; None as fast as its speed allows."""
     ack_ms: float = 0.0
     """How long each ack takes."""
+    blocks_kept: int = 32
+    """So many blocks wait for a slow host; later ones are lost, and their ids with them."""
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -130,7 +130,9 @@ class Camera:
         index = LINES[line]
         if self.settings.chosen("LineMode", index) != "Input":
             return
-        if self.shutter.triggers(line, rising != bool(self.settings.integer("LineInverter", index))):
+        if self.shutter.triggers(
+            line, rising != bool(self.settings.integer("LineInverter", index))
+        ):
             self._trigger(now_ns)
 
     def _connect(self) -> None:
@@ -252,7 +254,7 @@ class Camera:
 
     def _send_block(self, image: Image, facts: Facts, end_ns: int) -> None:
         pipe = self.pipes[STREAM_IN]
-        full = pipe.waiting_bytes() > (BLOCKS_KEPT - 1) * image.size
+        full = pipe.waiting_bytes() > (self.sensor.blocks_kept - 1) * image.size
         if not self.bootstrap.streaming or pipe.halted or full:
             return
         if self.faults.strikes(Fault.BLOCK_GAP):

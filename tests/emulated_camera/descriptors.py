@@ -131,9 +131,7 @@ def _endpoint(address: int, speed: Speed) -> bytes:
 
 def _vision() -> bytes:
     """Versions, then the string indices of GUID, vendor, model, family, version, info, serial."""
-    return struct.pack(
-        "<BBBHHHH9B", 20, _VISION, 0x01, 0, 1, 0, 1, 4, 1, 2, 5, 6, 7, 3, 8, 0x0C
-    )
+    return struct.pack("<BBBHHHH9B", 20, _VISION, 0x01, 0, 1, 0, 1, 4, 1, 2, 5, 6, 7, 3, 8, 0x0C)
 
 
 def string(identity: Identity, index: int) -> bytes | None:

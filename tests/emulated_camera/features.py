@@ -208,9 +208,7 @@ def _picture(width: int, height: int, sources: tuple[str, ...]) -> tuple[Feature
     formats = {"Mono8": int(Format.MONO8), "BayerRG8": int(Format.BAYER_RG8)}
     several = (
         Integer(name="SourceCount", category=of, access=Access.RO, initial=len(sources)),
-        Choice(
-            name="SourceSelector", category=of, entries={s: i for i, s in enumerate(sources)}
-        ),
+        Choice(name="SourceSelector", category=of, entries={s: i for i, s in enumerate(sources)}),
     )
     return (
         *(several if len(sources) > 1 else ()),

@@ -30,11 +30,12 @@ def description(model: str, features: Iterable[Feature], slots: Mapping[str, Slo
     features = tuple(features)
     root = _root(model)
     _categories(root, features)
+    place = _Place(root, features, slots)
     for feature in features:
-        _WRITERS[type(feature)](_Place(root, features, slots), feature)
+        _write(place, feature)
     SubElement(root, "Port", Name="Device")
     indent(root)
-    return tostring(root, encoding="utf-8", xml_declaration=True)
+    return b'<?xml version="1.0" encoding="utf-8"?>\n' + tostring(root, encoding="unicode").encode()
 
 
 def _root(model: str) -> Element:
@@ -116,6 +117,30 @@ class _Place:
         node = self.register("IntReg", feature)
         _text(node, "Sign", sign)
         _text(node, "Endianess", "LittleEndian")
+
+
+def _write(place: _Place, feature: Feature) -> None:
+    match feature:
+        case Integer():
+            _integer(place, feature)
+        case Real():
+            _real(place, feature)
+        case Scaled():
+            _scaled(place, feature)
+        case Choice():
+            _choice(place, feature)
+        case Switch():
+            _switch(place, feature)
+        case Button():
+            _button(place, feature)
+        case Bits():
+            _bits(place, feature)
+        case Bootstrap():
+            _bootstrap(place, feature)
+        case Derived():
+            _derived(place, feature)
+        case Delivered():
+            _delivered(place, feature)
 
 
 def _text(parent: Element, tag: str, text: str) -> None:
@@ -237,17 +262,3 @@ def _delivered(place: _Place, feature: Delivered) -> None:
     _text(register, "Endianess", "LittleEndian")
     port = SubElement(place.root, "Port", Name=f"{feature.name}Port", NameSpace="Custom")
     _text(port, f"{feature.kind}ID", f"{feature.port_id:X}")
-
-
-_WRITERS = {
-    Integer: _integer,
-    Real: _real,
-    Scaled: _scaled,
-    Choice: _choice,
-    Switch: _switch,
-    Button: _button,
-    Bits: _bits,
-    Bootstrap: _bootstrap,
-    Derived: _derived,
-    Delivered: _delivered,
-}

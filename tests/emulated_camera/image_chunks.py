@@ -29,7 +29,7 @@ class Facts:
 
 def with_chunks(image: Image, facts: Facts, settings: Settings) -> memoryview:
     """The payload of a block: the pixels, and the chunks where they are switched on."""
-    pixels = memoryview(image).cast("B") if image.size else memoryview(b"")
+    pixels = image.reshape(-1).data
     if not settings.integer("ChunkModeActive"):
         return pixels
     values = {

@@ -55,20 +55,22 @@ class Darkroom:
 
 
 def _developed(picture: Image, development: Development) -> Image:
-    found = np.empty_like(picture, order="C")
-    gains = ((development.red, 1.0), (1.0, development.blue))
-    for row, column in np.ndindex(2, 2):
-        curve = _curve(development.brightness * gains[row][column], development.black_level)
-        found[row::2, column::2] = cv2.LUT(
-            np.ascontiguousarray(picture[row::2, column::2]), curve
-        )
+    red, green, blue = (
+        _curve(development.brightness * gain, development.black_level)
+        for gain in (development.red, 1.0, development.blue)
+    )
+    found = np.asarray(cv2.LUT(picture, green), np.uint8)
+    for place, curve in (((0, 0), red), ((1, 1), blue)):
+        if not np.array_equal(curve, green):
+            pixels = np.ascontiguousarray(picture[place[0] :: 2, place[1] :: 2])
+            found[place[0] :: 2, place[1] :: 2] = cv2.LUT(pixels, curve)
     found.flags.writeable = False
     return found
 
 
 def _curve(gain: float, black_level: float) -> Image:
     levels = np.arange(256) * gain + black_level
-    return np.clip(np.rint(levels), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.rint(levels), 0, 255), np.uint8)
 
 
 def gradients(width_px: int, height_px: int, disparity_px: int = 96) -> PictureSource:

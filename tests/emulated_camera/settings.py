@@ -90,7 +90,8 @@ class Settings:
             case Choice(entries=entries):
                 return number in entries.values()
             case Real(minimum=least, maximum=most):
-                return least <= struct.unpack("<d", data)[0] <= most
+                (real,) = struct.unpack("<d", data)
+                return bool(least <= real <= most)
             case Scaled(minimum=least, maximum=most, per_unit=unit):
                 return least <= number / unit <= most
         return True

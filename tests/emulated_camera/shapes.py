@@ -41,10 +41,8 @@ class StereoHead:
             self.head.bus.unplug(camera)
 
 
-def stereo_head(
-    bus: UsbBus, shape: Shape, source: PictureSource, eye_px: tuple[int, int], **sensor: object
-) -> StereoHead:
-    """A head of this shape, not plugged in yet; `sensor` changes fields of Sensor."""
+def stereo_head(bus: UsbBus, shape: Shape, source: PictureSource, eye: Sensor) -> StereoHead:
+    """A head of this shape, not plugged in yet; `eye` says what one eye is like."""
     head = Head(bus, source)
     parts = {
         Shape.TWO_DEVICES: ((Eyes.LEFT, LEFT_SERIAL), (Eyes.RIGHT, RIGHT_SERIAL)),
@@ -52,7 +50,6 @@ def stereo_head(
         Shape.ALTERNATING: ((Eyes.ALTERNATING, HEAD_SERIAL),),
     }[shape]
     cameras = tuple(
-        Camera(Identity(serial), replace(Sensor(eyes, *eye_px), **sensor), head)
-        for eyes, serial in parts
+        Camera(Identity(serial), replace(eye, eyes=eyes), head) for eyes, serial in parts
     )
     return StereoHead(head, cameras)

@@ -1,0 +1,3 @@
+"""What fieldcam uses of pyusb: backends are handed through, never called."""
+
+class IBackend: ...
