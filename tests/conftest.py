@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+if TYPE_CHECKING:
+    from emulated_camera.plugged_bus import PluggedBus
 
 # How long an example takes says more about the machine than about the code.
 settings.register_profile("checks", deadline=None, max_examples=150)
@@ -32,6 +36,18 @@ def real() -> Path:
     if os.environ.get("CI") == "true":
         pytest.fail(reason)
     pytest.skip(reason)
+
+
+@pytest.fixture
+def served_bus() -> Iterator[PluggedBus]:
+    """A USB bus that other processes see through real libusb, in its `environment`."""
+    from emulated_camera.bus import UsbBus
+    from emulated_camera.plugged_bus import PluggedBus, why_not
+
+    if reason := why_not():
+        pytest.skip(reason)
+    with PluggedBus(UsbBus()) as served:
+        yield served
 
 
 @pytest.fixture

@@ -254,7 +254,7 @@ class Camera:
 
     def _send_block(self, image: Image, facts: Facts, end_ns: int) -> None:
         pipe = self.pipes[STREAM_IN]
-        full = pipe.waiting_bytes() > (self.sensor.blocks_kept - 1) * image.size
+        full = pipe.waiting_bytes() >= self.sensor.blocks_kept * image.size
         if not self.bootstrap.streaming or pipe.halted or full:
             return
         if self.faults.strikes(Fault.BLOCK_GAP):

@@ -40,7 +40,7 @@ class PluggedBus:
     def __init__(
         self, bus: UsbBus, capabilities: int = WHOLE, limit_bytes: int = USBFS_BYTES
     ) -> None:
-        self._bus = bus
+        self.bus = bus
         self._capabilities = capabilities
         self._limit_bytes = limit_bytes
         # A socket's path may have 107 bytes.
@@ -62,6 +62,11 @@ class PluggedBus:
     def environment(self) -> dict[str, str]:
         """For the processes that shall see the bus."""
         return {**os.environ, "LD_PRELOAD": str(PRELOAD), "UMOCKDEV_DIR": str(self.root)}
+
+    def wait_for_clients(self) -> None:
+        """Until all files that clients opened are closed."""
+        for file in self._files:
+            file.join()
 
     def close(self) -> None:
         """After all clients have ended."""
@@ -113,8 +118,8 @@ class PluggedBus:
         """Let clients in, and time pass for devices that nobody asks anything."""
         while not self._closing.wait(0):
             ready = self._selector.select(_POLL_S)
-            with self._bus.changed:
-                self._bus.poll()
+            with self.bus.changed:
+                self.bus.poll()
                 for key, _ in ready:
                     self._let_in(key.data)
 
@@ -124,6 +129,6 @@ class PluggedBus:
             return
         connection, _ = door.accept()
         connection.setblocking(True)
-        file = UsbfsFile(connection, self._bus, plugged, self._capabilities, self._limit_bytes)
+        file = UsbfsFile(connection, self.bus, plugged, self._capabilities, self._limit_bytes)
         self._files = [one for one in self._files if one.is_alive()] + [file]
         file.start()

@@ -27,7 +27,8 @@ _SPEEDS = {Speed.HIGH: 3, Speed.SUPER: 5}
 """As of `enum usb_device_speed`."""
 _PAUSE_S = 0.0005
 """The preload's device files are always ready to poll; without this libusb would spin."""
-_ASKED_ANYWAY = 2
+_LONG_PAUSE_S = 0.002
+_ASKED_ANYWAY, _IMPATIENT = 2, 40
 WHOLE, IN_PIECES = 0x1F, 0x13
 """Capabilities: a long transfer is one URB, or one for every 16 KiB."""
 
@@ -135,8 +136,9 @@ class UsbfsFile(threading.Thread):
         if not self._bus.is_plugged(self._plugged):
             return -errno.ENODEV
         if self._asked_in_vain >= _ASKED_ANYWAY:
+            pause_s = _PAUSE_S if self._asked_in_vain < _IMPATIENT else _LONG_PAUSE_S
             with self._bus.changed:
-                self._bus.changed.wait(_PAUSE_S)
+                self._bus.changed.wait(pause_s)
         self._asked_in_vain += 1
         return -errno.EAGAIN
 
