@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from emulated_camera.camera import Sensor
 from emulated_camera.pictures import gradients
 from emulated_camera.plugged_bus import PluggedBus
+from emulated_camera.sensor import Sensor
 from emulated_camera.shapes import LEFT_SERIAL, Shape, stereo_head
 
 TOOL = "arv-tool-0.8"

@@ -16,11 +16,12 @@ import usb.util
 from emulated_camera.backend import EmulatedBackend
 from emulated_camera.bootstrap import FileKind
 from emulated_camera.bus import UsbBus
-from emulated_camera.camera import Camera, Sensor
+from emulated_camera.camera import Camera
 from emulated_camera.clocks import SteppedClock
 from emulated_camera.descriptors import Speed
 from emulated_camera.faults import ALWAYS, Fault
 from emulated_camera.pictures import gradients
+from emulated_camera.sensor import Sensor
 from emulated_camera.shapes import HEAD_SERIAL, LEFT_SERIAL, RIGHT_SERIAL, Shape, stereo_head
 from hypothesis import given
 from hypothesis import strategies as st
@@ -190,7 +191,7 @@ def test_the_user_set_brings_the_defaults_back(host: PlainHost) -> None:
 def acks(host: PlainHost, request: int) -> list[tuple[int, int, int]]:
     """Status, id and request id of all acks to a read with this request id."""
     host.device.write(OUT, command(0x0800, struct.pack("<QHH", 0x1CC, 0, 4), request))
-    found = []
+    found: list[tuple[int, int, int]] = []
     while True:
         try:
             _, status, code, _, again = struct.unpack_from("<IHHHH", host.transfer(1024, ACK))

@@ -12,11 +12,11 @@ import pytest
 import usb.core
 from emulated_camera.backend import EmulatedBackend
 from emulated_camera.bus import UsbBus
-from emulated_camera.camera import Sensor
 from emulated_camera.clocks import SteppedClock
 from emulated_camera.descriptors import Speed
 from emulated_camera.faults import Fault
 from emulated_camera.pictures import NOMINAL_US, gradients
+from emulated_camera.sensor import Sensor
 from emulated_camera.shapes import Shape, StereoHead, stereo_head
 from plain_host import EVENTS, NotDone, PlainHost, cameras
 
@@ -409,7 +409,7 @@ def test_halting_the_stream_endpoint_drops_what_waits() -> None:
 
 def events(host: PlainHost) -> list[tuple[int, int]]:
     """Number and value of each event that has come."""
-    found = []
+    found: list[tuple[int, int]] = []
     while True:
         try:
             packet = host.transfer(1024, EVENTS)

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import struct
 from collections import deque
-from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
-from .bootstrap import Bootstrap, FileKind
+from .bootstrap import Bootstrap
 from .clocks import DeviceClock
 from .control import ControlChannel
 from .descriptors import CONTROL_IN, CONTROL_OUT, EVENT_IN, STREAM_IN, Identity, Speed
@@ -20,10 +18,11 @@ from .framing import Frame, transfers
 from .genapi_xml import description
 from .head import Head
 from .image_chunks import Facts, with_chunks
-from .pictures import AMBIENT, NOMINAL_US, Darkroom, Development, Image
+from .pictures import Image
 from .pipes import InPipe
 from .protocol import EXPOSURE_END_EVENT, SHUTTER_EVENT, TEST_EVENT, Abrm, Sirm
 from .registers import AddressSpace
+from .sensor import Eyes, Imager, Sensor
 from .settings import Settings
 from .shutter import READOUT_NS, Exposure, Shutter
 
@@ -32,40 +31,7 @@ RESET_NS = 300_000_000
 """How long a camera is away when it is told to reset."""
 
 
-class Eyes(Enum):
-    """Which pictures a camera sends as blocks."""
-
-    LEFT = "left"
-    RIGHT = "right"
-    BESIDE = "side by side"
-    """Both in one block, the left one in the left half."""
-    ALTERNATING = "alternating"
-    """Two blocks after each other with equal timestamps: the left, then the right one."""
-
-
 SOURCES = {Eyes.ALTERNATING: ("Source0", "Source1")}
-
-
-@dataclass(frozen=True, slots=True)
-class Sensor:
-    """What differs between cameras."""
-
-    eyes: Eyes = Eyes.LEFT
-    width_px: int = 1440
-    """Of one eye."""
-    height_px: int = 1080
-    drift_ppm: float = 0.0
-    file_kind: FileKind = FileKind.ZIPPED
-    bytes_per_s: float | None = None
-    """Of the link; None as fast as its speed allows."""
-    ack_ms: float = 0.0
-    """How long each ack takes."""
-    blocks_kept: int = 32
-    """So many blocks wait for a slow host; later ones are lost, and their ids with them."""
-
-    @property
-    def size_px(self) -> tuple[int, int]:
-        return self.width_px * (2 if self.eyes is Eyes.BESIDE else 1), self.height_px
 
 
 class Camera:
@@ -86,7 +52,7 @@ class Camera:
         self.shutter = Shutter(self.settings)
         self._control = ControlChannel(space, self.faults)
         self._user_sets = dict.fromkeys((0, 1), self.settings.snapshot())
-        self._darkroom = Darkroom()
+        self._imager = Imager(sensor, self.settings)
         self._exposing: deque[tuple[Exposure, float, tuple[Image, Image]]] = deque()
         self._pressed = 0
         self._connect()
@@ -96,6 +62,7 @@ class Camera:
         self.bootstrap.powered(speed)
         self.shutter.stop()
         self._clock = DeviceClock(now_ns, self.sensor.drift_ppm)
+        self._speed = speed
         self._bytes_per_s = self.sensor.bytes_per_s or speed.bytes_per_s
         self._block_id = 0
         self._exposing.clear()
@@ -203,10 +170,9 @@ class Camera:
     def _read_out(self, exposure: Exposure, lit_us: float, pictures: tuple[Image, Image]) -> None:
         if self.settings.integer("EventNotification", EVENTS["ExposureEnd"]):
             self._event(EXPOSURE_END_EVENT, exposure.end_ns, self._block_id)
-        development = self._development(exposure, lit_us)
         swapped = self.faults.strikes(Fault.SWAPPED_EYES)
         left, right = pictures[::-1] if swapped else pictures
-        for source, image in enumerate(self._images(left, right, development)):
+        for source, image in enumerate(self._imager.images(left, right, exposure, lit_us)):
             facts = Facts(
                 block_id=self._block_id,
                 timestamp_ns=self._clock.at(exposure.start_ns),
@@ -218,40 +184,6 @@ class Camera:
             self._block_id += 1
             self._send_block(image, facts, exposure.end_ns)
 
-    def _images(self, left: Image, right: Image, development: Development) -> list[Image]:
-        develop = self._darkroom.develop
-        match self.sensor.eyes:
-            case Eyes.LEFT:
-                return [self._cropped(develop(left, development))]
-            case Eyes.RIGHT:
-                return [self._cropped(develop(right, development))]
-            case Eyes.ALTERNATING:
-                return [self._cropped(develop(eye, development)) for eye in (left, right)]
-            case Eyes.BESIDE:
-                both = np.hstack([develop(eye, development) for eye in (left, right)])
-                return [self._cropped(both)]
-
-    def _development(self, exposure: Exposure, lit_us: float) -> Development:
-        gain = 10 ** (self.settings.real("Gain") / 20)
-        light_us = lit_us + AMBIENT * exposure.length_us
-        return Development(
-            gain * light_us / NOMINAL_US,
-            self.settings.real("BlackLevel"),
-            self.settings.real("BalanceRatio", 0),
-            self.settings.real("BalanceRatio", 1),
-        )
-
-    def _cropped(self, image: Image) -> Image:
-        x, y, width, height = self._region()
-        return np.ascontiguousarray(image[y : y + height, x : x + width])
-
-    def _region(self) -> tuple[int, int, int, int]:
-        """x, y, width and height, as far as they lie on the sensor."""
-        x, y = self.settings.integer("OffsetX"), self.settings.integer("OffsetY")
-        width, height = self.settings.integer("Width"), self.settings.integer("Height")
-        widest, highest = self.sensor.size_px
-        return min(x, widest - width), min(y, highest - height), width, height
-
     def _send_block(self, image: Image, facts: Facts, end_ns: int) -> None:
         pipe = self.pipes[STREAM_IN]
         full = pipe.waiting_bytes() >= self.sensor.blocks_kept * image.size
@@ -259,7 +191,7 @@ class Camera:
             return
         if self.faults.strikes(Fault.BLOCK_GAP):
             return
-        x, y, width, height = self._region()
+        x, y, width, height = self._imager.region()
         frame = Frame(
             block_id=facts.block_id,
             timestamp_ns=facts.timestamp_ns,
@@ -296,7 +228,7 @@ class Camera:
         self.pipes[STREAM_IN].clear()
 
     def _sized(self) -> None:
-        _, _, width, height = self._region()
+        _, _, width, height = self._imager.region()
         chunks = with_chunks(np.zeros((0, 0), np.uint8), Facts(source=0), self.settings)
         size = width * height + (len(chunks) if self.settings.integer("ChunkModeActive") else 0)
         self.settings.register("PayloadSize").integer = size
@@ -321,10 +253,10 @@ class Camera:
 
     def _reset(self) -> None:
         self._head.bus.unplug(self)
-        self._head.later(RESET_NS, lambda: self._plug_again())
+        self._head.later(RESET_NS, self._plug_again)
 
     def _plug_again(self) -> None:
-        self._head.bus.plug(self)
+        self._head.bus.plug(self, self._speed)
 
     def _show_lines(self) -> None:
         level = self.settings.integer("UserOutputValue")

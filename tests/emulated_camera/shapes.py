@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import Enum
+from enum import StrEnum
 
 from .bus import UsbBus
-from .camera import Camera, Eyes, Sensor
-from .descriptors import Identity
+from .camera import Camera
+from .descriptors import Identity, Speed
 from .head import Head
 from .pictures import PictureSource
+from .sensor import Eyes, Sensor
 
 LEFT_SERIAL, RIGHT_SERIAL, HEAD_SERIAL = "EMU-LEFT-01", "EMU-RIGHT-02", "EMU-HEAD-03"
 
 
-class Shape(Enum):
+class Shape(StrEnum):
     """How the two eyes reach the host."""
 
     TWO_DEVICES = "two-devices"
@@ -30,11 +31,11 @@ class StereoHead:
     head: Head
     cameras: tuple[Camera, ...]
 
-    def plug(self) -> None:
+    def plug(self, speed: Speed = Speed.SUPER) -> None:
         """Plug all in, those that are plugged in already after pulling them."""
         self.unplug()
         for camera in self.cameras:
-            self.head.bus.plug(camera)
+            self.head.bus.plug(camera, speed)
 
     def unplug(self) -> None:
         for camera in self.cameras:
