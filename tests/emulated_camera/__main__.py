@@ -15,6 +15,7 @@ $EMULATED_CAMERA names (`orders`), from the command itself or from another termi
 from __future__ import annotations
 
 import argparse
+import signal
 import subprocess
 import sys
 from contextlib import closing, nullcontext
@@ -44,7 +45,18 @@ def main() -> int:
         with closing(Orders(served.root / "orders", head, go_on)) as orders:
             sys.stderr.write(f"emulated camera: orders go to {orders.path}\n")
             environment = {**served.environment, "EMULATED_CAMERA": str(orders.path)}
-            return subprocess.run(options.command, env=environment).returncode
+            return _run(options.command, environment)
+
+
+def _run(command: list[str], environment: dict[str, str]) -> int:
+    """Its exit code."""
+    # Ctrl+C is for the command; this process has to outlive it.
+    signal.signal(signal.SIGINT, lambda *_: None)
+    try:
+        return subprocess.run(command, env=environment).returncode
+    except OSError as error:
+        sys.stderr.write(f"{command[0]}: {error.strerror}\n")
+        return MISUSED
 
 
 def _scenery(options: argparse.Namespace) -> closing[Orchard] | nullcontext[None]:

@@ -20,7 +20,8 @@ ALIGNMENT_LOG2 = 10
 """Transfer sizes are multiples of 1 KiB."""
 MAX_RESPONSE_MS = 100
 _GENCP_1_1, _VISION_1_0 = 0x0001_0001, 0x0001_0000
-_USER_NAME, _MESSAGE_CHANNEL, _TIMESTAMP, _FAMILY = 1, 1 << 5, 1 << 3, 1 << 4
+_USER_NAME, _MESSAGE_CHANNEL, _TIMESTAMP, _FAMILY = 1 << 0, 1 << 2, 1 << 3, 1 << 8
+_HAS_SBRM, _ENDIANNESS, _WRITTEN_LENGTH = 1 << 9, 1 << 10, 1 << 11
 _STREAM_AND_EVENTS = 0b11
 
 
@@ -104,6 +105,7 @@ def _abrm(identity: Identity, space: AddressSpace) -> dict[int, Register]:
     name = bytearray(identity.user_name.encode().ljust(TEXT_LENGTH, b"\0"))
     found[Abrm.USER_NAME] = block.add(Register(Abrm.USER_NAME, name, Access.RW))
     capability = _USER_NAME | _TIMESTAMP | _FAMILY | _MESSAGE_CHANNEL
+    capability |= _HAS_SBRM | _ENDIANNESS | _WRITTEN_LENGTH
     for offset, number, length in (
         (Abrm.GENCP_VERSION, _GENCP_1_1, 4),
         (Abrm.CAPABILITY, capability, 8),

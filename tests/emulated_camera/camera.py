@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import struct
 from collections import deque
 
@@ -205,6 +206,8 @@ class Camera:
         )
         ready_ns = max(end_ns + READOUT_NS, pipe.last_ready_ns())
         for outgoing in transfers(frame, self.bootstrap.sizes, self.faults):
+            if outgoing.error == errno.EPROTO:
+                self.settings.register("LinkErrorCount").integer += 1
             ready_ns += round(len(outgoing.data) / self._link_bytes_per_s() * 1e9)
             outgoing.ready_ns = ready_ns
             pipe.put(outgoing)
