@@ -54,7 +54,7 @@ class PlainHost:
         for interface in range(3):
             usb.util.claim_interface(device, interface)
         self._request = 0
-        self._sizes: list[int] = []
+        self.sizes: list[int] = []
         self.registers: dict[str, tuple[int, int]] = {}
 
     def close(self) -> None:
@@ -119,7 +119,7 @@ class PlainHost:
         align = 1 << (self.number(sirm) >> 24)
         count, rest = divmod(self.number(sirm + 8, 8), PIECE)
         final = -(-rest // align) * align
-        self._sizes = [PIECE] * count + ([final] if final else [])
+        self.sizes = [PIECE] * count + ([final] if final else [])
         for offset, value in ((0x18, align), (0x2C, align), (0x1C, PIECE), (0x20, count)):
             self.write(sirm + offset, value)
         self.write(sirm + 0x24, final)
@@ -135,7 +135,7 @@ class PlainHost:
         """The next block, where nothing goes wrong."""
         leader = self.transfer(1024)
         assert leader[:4] == b"U3VL", leader[:4]
-        payload = b"".join(self.transfer(size) for size in self._sizes)
+        payload = b"".join(self.transfer(size) for size in self.sizes)
         trailer = self.transfer(1024)
         assert trailer[:4] == b"U3VT", trailer[:4]
         _, _, _, block_id, _, _, timestamp, _, width, height = struct.unpack_from(

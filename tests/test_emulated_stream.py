@@ -272,6 +272,36 @@ def test_usb_2_takes_its_time() -> None:
     assert 0.07 < (bus.clock.now_ns() - before_ns) / 1e9 < 0.12
 
 
+@pytest.mark.parametrize("limited", [False, True], ids=["the link is slow", "it is told to be"])
+def test_a_slow_link_takes_its_time(limited: bool) -> None:
+    head, (host,) = opened(Shape.SIDE_BY_SIDE, Sensor(bytes_per_s=None if limited else 10e6))
+    triggered(host)
+    if limited:
+        host.put("DeviceLinkThroughputLimitMode", 1)
+        host.put("DeviceLinkThroughputLimit", 10_000_000)
+    started(host)
+    before_ns = head.head.now_ns()
+    host.put("TriggerSoftware", 1)
+    host.block()
+    assert 0.31 < (head.head.now_ns() - before_ns) / 1e9 < 0.33
+
+
+def test_a_slow_camera_answers_late() -> None:
+    head, (host,) = opened(Shape.SIDE_BY_SIDE, Sensor(ack_ms=80))
+    before_ns = head.head.now_ns()
+    host.read(0x1CC, 4)
+    assert 0.08 <= (head.head.now_ns() - before_ns) / 1e9 < 0.09
+
+
+def test_a_single_frame_is_one() -> None:
+    _, (host,) = opened(Shape.SIDE_BY_SIDE)
+    host.put("AcquisitionMode", 0)
+    started(host)
+    assert host.block().block_id == 0
+    with pytest.raises(usb.core.USBTimeoutError):
+        host.block()
+
+
 @pytest.mark.parametrize(
     ("offset", "value", "status"),
     [(0x1C, 1000, "A003"), (0x20, 0, "A004"), (0x18, 16, "A004"), (0x2C, 16, "A004")],
@@ -328,6 +358,7 @@ def test_faults_of_the_stream(fault: Fault | None, expected: list[int | bytes]) 
         head.cameras[0].faults.arm(fault)
     host.put("TriggerSoftware", 1)
     assert transfers(host) == expected
+    assert host.get("LinkErrorCount") == (1 if fault is Fault.LINK_ERROR else 0)
     if fault is Fault.STALL:
         host.device.clear_halt(0x83)
     host.put("TriggerSoftware", 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import subprocess
 import sys
 import threading
@@ -22,6 +23,7 @@ from emulated_camera.uevents import murmur_hash
 from emulated_camera.usbfs import IN_PIECES, WHOLE
 
 TESTS = Path(__file__).parent
+OPEN_FILES = Path("/proc/self/fd")
 SOURCE = gradients(1440, 1080)
 PATIENCE_S = 60
 
@@ -233,6 +235,49 @@ def test_a_client_that_is_killed_leaves_nothing_behind(served_bus: PluggedBus) -
     assert answer(served_bus, "print(cameras()[0].serial)") == HEAD_SERIAL
 
 
+CYCLES = 20
+AGAIN_AND_AGAIN = f"""
+for cycle in range({CYCLES}):
+    await_devices(1)
+    try:
+        (host,) = cameras()
+        print("open")
+        host.learn()
+        host.stream()
+        host.put("AcquisitionStart", 1)
+        while True:
+            host.block()
+    except usb.core.USBError as error:
+        name = errno.errorcode[error.errno]
+    host.close()
+    await_devices(0)
+    print(name)
+    input()
+print(len(os.listdir("/proc/self/fd")) < 20)
+"""
+
+
+def test_pulling_the_plug_at_any_moment_leaves_nothing_behind(served_bus: PluggedBus) -> None:
+    head = stereo_head(served_bus.bus, Shape.SIDE_BY_SIDE, SOURCE, Sensor())
+    head.plug()
+    before = threading.active_count(), len(list(OPEN_FILES.iterdir()))
+    rng = random.Random(7)
+    with client(served_bus, AGAIN_AND_AGAIN) as running:
+        for _ in range(CYCLES):
+            assert running.line() == "open"
+            pulled = threading.Timer(rng.uniform(0, 0.15), head.unplug)
+            pulled.start()
+            assert running.line() == "ENODEV"
+            pulled.join()
+            head.plug()
+            running.go_on()
+        assert running.line() == "True"
+        assert running.ended() == 0
+        served_bus.wait_for_clients()
+        threads = threading.active_count()
+    assert (threads, len(list(OPEN_FILES.iterdir()))) == before
+
+
 @pytest.mark.parametrize(
     ("text", "expected"), [(b"usb", 91735525), (b"usb_device", 670627084), (b"tty", 2331676872)]
 )
@@ -241,9 +286,21 @@ def test_the_hash_is_the_one_that_libudev_filters_by(text: bytes, expected: int)
     assert murmur_hash(text) == expected
 
 
-RATE = """
-import sys
-seconds = 60
+SECONDS = 60
+RATE = f"""
+import array, threading
+
+COUNT = 30 * {SECONDS}
+last = []
+
+def run(host):
+    into = [array.array("B", bytes(size)) for size in (1024, *host.sizes, 1024)]
+    for _ in range(COUNT):
+        got = [host.device.read(0x83, buffer, 5000) for buffer in into]
+        assert into[0][:4].tobytes() == b"U3VL" and into[-1][:4].tobytes() == b"U3VT"
+        assert sum(got[1:-1]) == int.from_bytes(into[-1][20:28], "little")
+    last.append(int.from_bytes(into[0][8:16], "little"))
+
 hosts = cameras()
 for host in hosts:
     host.learn()
@@ -253,10 +310,14 @@ for host in hosts:
 for host in hosts:
     host.put("AcquisitionStart", 1)
 started = time.monotonic()
-ids = [[host.block().block_id for host in hosts] for _ in range(30 * seconds)]
+threads = [threading.Thread(target=run, args=(host,)) for host in hosts]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
 took = time.monotonic() - started
-lost = ids[-1][0] + 1 - len(ids)
-print(len(ids) / took, len(ids) * 3.1104 / took, lost)
+assert len(last) == len(hosts)
+print(COUNT / took, COUNT * 3.1104 / took, max(last) + 1 - COUNT)
 """
 
 
