@@ -176,6 +176,14 @@ def test_the_size_is_locked_while_transport_parameters_are(host: PlainHost) -> N
     assert host.get("PayloadSize") == 32 * 48
 
 
+def test_the_frame_rate_is_there_only_where_it_is_limited(host: PlainHost) -> None:
+    host.put("AcquisitionFrameRateEnable", 0)
+    with pytest.raises(NotDone, match="8006"):
+        host.put("AcquisitionFrameRate", 10.0)
+    host.put("AcquisitionFrameRateEnable", 1)
+    host.put("AcquisitionFrameRate", 10.0)
+
+
 def test_the_user_set_brings_the_defaults_back(host: PlainHost) -> None:
     host.put("ExposureTime", 900.0)
     host.put("UserSetSelector", 1)

@@ -92,15 +92,15 @@ class Camera:
             if self.settings.integer("EventNotification", EVENTS["Line0RisingEdge"]):
                 self._event(SHUTTER_EVENT, now_ns, self._pressed)
             self.edge(SHUTTER_LINE, True, now_ns)
+            self.edge(SHUTTER_LINE, False, now_ns)
             self._head.bus.changed.notify_all()
 
     def edge(self, line: str, rising: bool, now_ns: int) -> None:
         index = LINES[line]
         if self.settings.chosen("LineMode", index) != "Input":
             return
-        if self.shutter.triggers(
-            line, rising != bool(self.settings.integer("LineInverter", index))
-        ):
+        inverted = bool(self.settings.integer("LineInverter", index))
+        if self.shutter.triggers(line, rising != inverted):
             self._trigger(now_ns)
 
     def _connect(self) -> None:

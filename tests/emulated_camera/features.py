@@ -47,6 +47,8 @@ class Feature:
     volatile: bool = False
     """Changes by itself, so that a host may not keep it."""
     shown: str = "Beginner"
+    available_by: str | None = None
+    """The switch without which it is not there."""
     changed_by: tuple[str, ...] = ()
     """Features that a host writes and that change this one."""
 
@@ -195,9 +197,14 @@ def _device() -> tuple[Feature, ...]:
             initial=400_000_000,
         ),
         Choice(name="UserSetSelector", category="UserSetControl", entries=USER_SETS),
-        Button(name="UserSetLoad", category="UserSetControl", access=Access.WO),
-        Button(name="UserSetSave", category="UserSetControl", access=Access.WO),
+        _user_set("UserSetLoad"),
+        _user_set("UserSetSave"),
     )
+
+
+def _user_set(name: str) -> Button:
+    held = Lock.WHILE_STREAMING
+    return Button(name=name, category="UserSetControl", access=Access.WO, lock=held)
 
 
 USER_SETS = {"Default": 0, "UserSet0": 1}
@@ -264,6 +271,7 @@ def _acquisition() -> tuple[Feature, ...]:
         Real(
             name="AcquisitionFrameRate",
             category=of,
+            available_by="AcquisitionFrameRateEnable",
             unit="Hz",
             minimum=0.5,
             maximum=120.0,

@@ -89,6 +89,8 @@ class _Place:
         node = SubElement(self.root, kind, Name=feature.name, NameSpace="Standard")
         _text(node, "DisplayName", feature.name)
         _text(node, "Visibility", feature.shown)
+        if feature.available_by:
+            _text(node, "pIsAvailable", f"{feature.available_by}Reg")
         if feature.lock is not Lock.NEVER:
             _text(node, "pIsLocked", feature.lock.value)
         return node

@@ -74,6 +74,8 @@ class Settings:
 
     def _check(self, feature: Feature) -> Callable[[bytes], None]:
         def check(data: bytes) -> None:
+            if feature.available_by and not self.integer(feature.available_by):
+                raise Refused(Status.ACCESS_DENIED)
             if feature.lock is Lock.WHILE_STREAMING and self.integer("TLParamsLocked"):
                 raise Refused(Status.ACCESS_DENIED)
             if not self._allowed(feature, data):
