@@ -273,6 +273,14 @@ def test_an_unplugged_device_is_gone_and_comes_back_elsewhere(
     assert (again.serial, again.device.address) == (host.serial, (host.device.address or 0) + 1)
 
 
+def test_what_is_opened_and_closed_is_counted(bus: UsbBus, camera: Camera) -> None:
+    backend = EmulatedBackend(bus)
+    (found,) = cameras(backend)
+    assert backend.open_handles == 1
+    found.close()
+    assert backend.open_handles == 0
+
+
 def test_a_reset_takes_it_off_the_bus_for_a_while(
     bus: UsbBus, camera: Camera, host: PlainHost
 ) -> None:

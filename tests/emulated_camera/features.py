@@ -110,7 +110,7 @@ class Bits(Feature):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bootstrap(Feature):
+class Text(Feature):
     """A text in a bootstrap register."""
 
     address: int
@@ -157,13 +157,13 @@ def table(sensor_px: tuple[int, int], sources: tuple[str, ...]) -> tuple[Feature
 def _device() -> tuple[Feature, ...]:
     of, ro = "DeviceControl", Access.RO
     return (
-        Bootstrap(name="DeviceVendorName", category=of, address=0x004),
-        Bootstrap(name="DeviceModelName", category=of, address=0x044),
-        Bootstrap(name="DeviceVersion", category=of, address=0x0C4),
-        Bootstrap(name="DeviceManufacturerInfo", category=of, address=0x104),
-        Bootstrap(name="DeviceFirmwareVersion", category=of, address=0x0C4),
-        Bootstrap(name="DeviceSerialNumber", category=of, address=0x144),
-        Bootstrap(name="DeviceUserID", category=of, address=0x184, access=Access.RW),
+        Text(name="DeviceVendorName", category=of, address=0x004),
+        Text(name="DeviceModelName", category=of, address=0x044),
+        Text(name="DeviceVersion", category=of, address=0x0C4),
+        Text(name="DeviceManufacturerInfo", category=of, address=0x104),
+        Text(name="DeviceFirmwareVersion", category=of, address=0x0C4),
+        Text(name="DeviceSerialNumber", category=of, address=0x144),
+        Text(name="DeviceUserID", category=of, address=0x184, access=Access.RW),
         Button(name="DeviceReset", category=of, access=Access.WO, shown="Guru"),
         Scaled(
             name="DeviceTemperature",

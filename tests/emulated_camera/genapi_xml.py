@@ -7,7 +7,6 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from .features import (
     Bits,
-    Bootstrap,
     Button,
     Choice,
     Delivered,
@@ -18,6 +17,7 @@ from .features import (
     Real,
     Scaled,
     Switch,
+    Text,
 )
 from .layout import STRIDE, Slot
 from .registers import Access
@@ -137,8 +137,8 @@ def _write(place: _Place, feature: Feature) -> None:
             _button(place, feature)
         case Bits():
             _bits(place, feature)
-        case Bootstrap():
-            _bootstrap(place, feature)
+        case Text():
+            _string(place, feature)
         case Derived():
             _derived(place, feature)
         case Delivered():
@@ -232,7 +232,7 @@ def _knife(root: Element, name: str, formula: str, variables: Mapping[str, str])
     _text(node, "Formula", formula)
 
 
-def _bootstrap(place: _Place, feature: Bootstrap) -> None:
+def _string(place: _Place, feature: Text) -> None:
     node = SubElement(place.root, "StringReg", Name=feature.name, NameSpace="Standard")
     _text(node, "DisplayName", feature.name)
     _text(node, "Visibility", feature.shown)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from .features import Bits, Bootstrap, Choice, Delivered, Derived, Feature
+from .features import Bits, Choice, Delivered, Derived, Feature, Text
 
 BASE = 0x0200_0000
 STRIDE = 8
@@ -28,7 +28,7 @@ def laid_out(features: Iterable[Feature]) -> Mapping[str, Slot]:
     slots: dict[str, Slot] = {}
     address = BASE
     for feature in features:
-        if isinstance(feature, Bootstrap | Bits | Derived | Delivered):
+        if isinstance(feature, Text | Bits | Derived | Delivered):
             continue
         count = entries[feature.selector] if feature.selector else 1
         slots[feature.name] = Slot(address, feature.length, count)
