@@ -43,17 +43,26 @@ device = camera.get_device()
 device.set_string_feature_value("ExposureAuto", "Off")
 camera.set_exposure_time(400.0)
 camera.set_frame_rate(100.0)
+for chunk in ("FrameID", "ExposureTime"):
+    device.set_string_feature_value("ChunkSelector", chunk)
+    device.set_boolean_feature_value("ChunkEnable", True)
+device.set_boolean_feature_value("ChunkModeActive", True)
 camera.uv_set_usb_mode(getattr(Aravis.UvUsbMode, sys.argv[2]))
 stream = camera.create_stream(None, None)
 for _ in range(10):
     stream.push_buffer(Aravis.Buffer.new_allocate(camera.get_payload()))
 camera.start_acquisition()
+parser = camera.create_chunk_parser()
 frames = []
 for _ in range(20):
     buffer = stream.timeout_pop_buffer(5_000_000)
     frames.append([buffer.get_status() == Aravis.BufferStatus.SUCCESS, buffer.get_frame_id()])
     data = buffer.get_data()
     size = [buffer.get_image_width(), buffer.get_image_height(), len(data)]
+    chunks = [
+        parser.get_integer_value(buffer, "ChunkFrameID"),
+        parser.get_float_value(buffer, "ChunkExposureTime"),
+    ]
     stream.push_buffer(buffer)
 camera.stop_acquisition()
 statistics = stream.get_statistics()
@@ -62,6 +71,7 @@ print(json.dumps({
     "rate_hz": camera.get_frame_rate(),
     "frames": frames,
     "size": size,
+    "chunks": chunks,
     "failures": statistics.n_failures,
 }))
 """
@@ -127,7 +137,8 @@ def test_it_writes_what_it_then_reads(plugged: PluggedBus) -> None:
 def test_it_streams_without_a_failure(plugged: PluggedBus, mode: str) -> None:
     found = streamed(plugged, mode)
     assert (found["exposure_us"], found["rate_hz"]) == (400.0, 100.0)
-    assert found["size"] == [1440, 1080, 1440 * 1080]
+    assert found["size"] == [1440, 1080, 1440 * 1080 + 8 + 2 * 16]
+    assert found["chunks"] == [found["frames"][-1][1], 400.0]
     assert [good for good, _ in found["frames"]] == [True] * 20
     ids = [number for _, number in found["frames"]]
     assert ids == sorted(set(ids))

@@ -9,13 +9,13 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from emulated_camera import plugged_bus
 from emulated_camera.bus import UsbBus
 from emulated_camera.clocks import SteppedClock
 from emulated_camera.descriptors import Speed
 from emulated_camera.faults import Fault
 from emulated_camera.orders import Orders
 from emulated_camera.pictures import gradients
-from emulated_camera.plugged_bus import why_not
 from emulated_camera.sensor import Sensor
 from emulated_camera.shapes import HEAD_SERIAL, Shape, StereoHead, stereo_head
 
@@ -72,8 +72,15 @@ def test_orders_plug_and_arm(orders: Orders, head: StereoHead, nexts: list[str])
         orders.carry_out("bogus")
 
 
+def test_without_the_preload_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plugged_bus, "PRELOAD", Path("/nowhere/preload.so"))
+    reason = plugged_bus.why_not()
+    assert reason
+    assert "apt install umockdev" in reason
+
+
 def test_a_command_runs_with_the_head_plugged_in() -> None:
-    if reason := why_not():
+    if reason := plugged_bus.why_not():
         pytest.skip(reason)
     done = subprocess.run(
         [*RUN, "--shape", "side-by-side", "--", sys.executable, "-c", CLIENT],

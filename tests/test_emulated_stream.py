@@ -139,6 +139,7 @@ def test_chunks_tell_of_the_exposure() -> None:
     started(host)
     host.put("TriggerSoftware", 1)
     block = host.block()
+    assert len(block.payload) == block.valid == host.get("PayloadSize")
     found = chunks(block.payload)
     assert len(found[0x0001]) == 2 * WIDTH * HEIGHT
     assert struct.unpack("<Q", found[0x0101]) == (block.block_id,)

@@ -32,6 +32,7 @@ RESET_NS = 300_000_000
 """How long a camera is away when it is told to reset."""
 
 
+NO_PIXELS = np.zeros((0, 0), np.uint8)
 SOURCES = {Eyes.ALTERNATING: ("Source0", "Source1")}
 
 
@@ -47,6 +48,7 @@ class Camera:
         head.wire(self)
         space = AddressSpace()
         sources = SOURCES.get(sensor.eyes, ("Source0",))
+        self._blocks_per_exposure = len(sources)
         self.settings = Settings(table(sensor.size_px, sources), space)
         self.xml = description(identity.model, self.settings.features, self.settings.slots)
         self.bootstrap = Bootstrap(identity, self.xml, sensor.file_kind, space)
@@ -171,6 +173,9 @@ class Camera:
     def _read_out(self, exposure: Exposure, lit_us: float, pictures: tuple[Image, Image]) -> None:
         if self.settings.integer("EventNotification", EVENTS["ExposureEnd"]):
             self._event(EXPOSURE_END_EVENT, exposure.end_ns, self._block_id)
+        if not self._has_room():
+            self._block_id += self._blocks_per_exposure
+            return
         swapped = self.faults.strikes(Fault.SWAPPED_EYES)
         left, right = pictures[::-1] if swapped else pictures
         for source, image in enumerate(self._imager.images(left, right, exposure, lit_us)):
@@ -180,18 +185,21 @@ class Camera:
                 exposure_us=exposure.length_us,
                 gain_db=self.settings.real("Gain"),
                 lines=int(bool(self._output(STROBE_LINE, exposure))) << LINES[STROBE_LINE],
-                source=source if self.sensor.eyes is Eyes.ALTERNATING else None,
+                source=source if self._blocks_per_exposure > 1 else None,
             )
             self._block_id += 1
             self._send_block(image, facts, exposure.end_ns)
 
-    def _send_block(self, image: Image, facts: Facts, end_ns: int) -> None:
+    def _has_room(self) -> bool:
+        """Whether anybody wants blocks, and fetches them."""
         pipe = self.pipes[STREAM_IN]
-        full = pipe.waiting_bytes() >= self.sensor.blocks_kept * image.size
-        if not self.bootstrap.streaming or pipe.halted or full:
-            return
+        most = self.sensor.blocks_kept * self.settings.integer("PayloadSize")
+        return self.bootstrap.streaming and not pipe.halted and pipe.waiting_bytes() < most
+
+    def _send_block(self, image: Image, facts: Facts, end_ns: int) -> None:
         if self.faults.strikes(Fault.BLOCK_GAP):
             return
+        pipe = self.pipes[STREAM_IN]
         x, y, width, height = self._imager.region()
         frame = Frame(
             block_id=facts.block_id,
@@ -232,8 +240,8 @@ class Camera:
 
     def _sized(self) -> None:
         _, _, width, height = self._imager.region()
-        chunks = with_chunks(np.zeros((0, 0), np.uint8), Facts(source=0), self.settings)
-        size = width * height + (len(chunks) if self.settings.integer("ChunkModeActive") else 0)
+        facts = Facts(source=0 if self._blocks_per_exposure > 1 else None)
+        size = width * height + len(with_chunks(NO_PIXELS, facts, self.settings))
         self.settings.register("PayloadSize").integer = size
         self.bootstrap.sirm(Sirm.REQUIRED_PAYLOAD).integer = size
 
