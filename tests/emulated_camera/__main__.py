@@ -62,6 +62,7 @@ def _run(command: list[str], environment: dict[str, str]) -> int:
 def _scenery(options: argparse.Namespace) -> closing[Orchard] | nullcontext[None]:
     if options.gradients:
         return nullcontext()
+    sys.stderr.write("emulated camera: rendering the orchard\n")
     return closing(Orchard(options.seed, options.clusters, options.day))
 
 

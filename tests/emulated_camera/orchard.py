@@ -23,7 +23,7 @@ class Orchard:
     def go_on(self) -> int:
         """Aim at the next cluster, after the last at the first; gives its tag.
 
-        Takes about a second, during which the old one is still seen.
+        Takes some seconds to render; until then the old one is seen.
         """
         self._index = (self._index + 1) % len(self.tag_ids)
         pair = self._process.picture(SimulatedVisit(self._index, self._day))
