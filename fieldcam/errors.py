@@ -84,8 +84,40 @@ class CameraUnplugged(DeviceError):
     """No camera answers."""
 
 
+class CameraBusy(DeviceError):
+    """Another program, or a driver of the system, holds the camera."""
+
+
+class CameraForbidden(DeviceError):
+    """The operator may not use the camera: a udev rule is missing."""
+
+
+class CameraSilent(DeviceError):
+    """The camera is plugged in, but does not answer; plugging it in anew may help."""
+
+
+class CameraRefused(DeviceError):
+    """The camera answered that it will not do what it was asked to."""
+
+
+class CameraUnsupported(DeviceError):
+    """The camera says something about itself or its images that fieldcam cannot use."""
+
+
+class UsbMemoryShort(DeviceError):
+    """The kernel grants too little memory for USB transfers."""
+
+
+class UsbLibraryMissing(DeviceError):
+    """libusb, which pyusb needs, is not installed."""
+
+
 class CaptureTimeout(DeviceError):
     """The camera gave no pair before the deadline."""
+
+
+class FrameIncomplete(DeviceError):
+    """A picture arrived damaged or in part and was dropped; taking it again may help."""
 
 
 class StorageError(FieldcamError):

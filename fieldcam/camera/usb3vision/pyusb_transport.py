@@ -1,0 +1,233 @@
+"""The transport over pyusb: finding cameras by their interfaces, claiming them, bulk
+transfers straight into the caller's memory.
+
+pyusb closes a device while another thread reads from it at the price of a crash, so
+whoever closes first sees to it that nobody reads.
+"""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import chain
+
+import usb.core
+import usb.util
+from usb.backend import IBackend
+
+from fieldcam.camera.usb3vision.descriptors import (
+    INTERFACE_CLASS,
+    INTERFACE_SUBCLASS,
+    DeviceInfo,
+    Role,
+    parse_device_info,
+)
+from fieldcam.camera.usb3vision.holders import holder_of
+from fieldcam.camera.usb3vision.transport import Bytes, LinkSpeed
+from fieldcam.camera.usb3vision.usb_faults import device_error, usb_faults
+from fieldcam.errors import CameraBusy
+
+_DIRECTION_IN = 0x80
+_TO_ENDPOINT = 0x02
+_SET_FEATURE = 0x03
+_ENDPOINT_HALT = 0
+
+
+@dataclass(frozen=True, slots=True)
+class CameraInterfaces:
+    """Interface numbers and endpoint addresses of one camera."""
+
+    control: int
+    control_out: int
+    control_in: int
+    stream: int
+    stream_in: int
+    event: int | None
+    event_in: int | None
+    info: DeviceInfo | None
+    max_power: int
+    """As in the configuration: units of 8 mA on USB 3, of 2 mA on USB 2."""
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        numbers = (self.control, self.event, self.stream)
+        return tuple(number for number in numbers if number is not None)
+
+
+def attached(backend: IBackend | None = None) -> Iterator[tuple[usb.core.Device, CameraInterfaces]]:
+    """Every attached device that has a camera's interfaces; nothing is opened."""
+    with usb_faults():
+        for device in usb.core.find(find_all=True, backend=backend):
+            # A device of another kind may go, or hide its descriptors, while we look.
+            with suppress(usb.core.USBError, NotImplementedError):
+                if (found := _camera_interfaces(device)) is not None:
+                    yield device, found
+
+
+def _camera_interfaces(device: usb.core.Device) -> CameraInterfaces | None:
+    for configuration in device:
+        by_role = _by_role(configuration)
+        control, stream = by_role.get(Role.CONTROL), by_role.get(Role.STREAM)
+        if control is None or stream is None:
+            continue
+        control_out, control_in = _endpoint(control, 0), _endpoint(control, _DIRECTION_IN)
+        stream_in = _endpoint(stream, _DIRECTION_IN)
+        if control_out is None or control_in is None or stream_in is None:
+            continue
+        event = by_role.get(Role.EVENT)
+        return CameraInterfaces(
+            control.bInterfaceNumber,
+            control_out,
+            control_in,
+            stream.bInterfaceNumber,
+            stream_in,
+            None if event is None else event.bInterfaceNumber,
+            None if event is None else _endpoint(event, _DIRECTION_IN),
+            parse_device_info(_extra_bytes(control)),
+            configuration.bMaxPower,
+        )
+    return None
+
+
+def _by_role(configuration: usb.core.Configuration) -> dict[int, usb.core.Interface]:
+    """The first interface of each role."""
+    return {
+        interface.bInterfaceProtocol: interface
+        for interface in reversed(configuration.interfaces())
+        if interface.bInterfaceClass == INTERFACE_CLASS
+        and interface.bInterfaceSubClass == INTERFACE_SUBCLASS
+    }
+
+
+def _endpoint(interface: usb.core.Interface, direction: int) -> int | None:
+    for endpoint in interface:
+        if endpoint.bEndpointAddress & _DIRECTION_IN == direction:
+            return endpoint.bEndpointAddress
+    return None
+
+
+def _extra_bytes(interface: usb.core.Interface) -> bytes:
+    """Some firmware puts the class-specific descriptor behind the endpoints."""
+    behind = chain.from_iterable(endpoint.extra_descriptors for endpoint in interface)
+    return bytes(chain(interface.extra_descriptors, behind))
+
+
+class _Window(array[int]):
+    """An array that lies in somebody else's memory.
+
+    pyusb reads into an `array.array` only, whose address it asks for with
+    `buffer_info`; so the transfer goes where the caller wants it, without a copy.
+    """
+
+    memory: Bytes
+
+    def buffer_info(self) -> tuple[int, int]:
+        return self.memory.ctypes.data, self.memory.nbytes
+
+
+def _window(memory: Bytes) -> _Window:
+    window = _Window("B")
+    window.memory = memory
+    return window
+
+
+@dataclass(frozen=True, slots=True)
+class UsbEndpoint:
+    """One bulk endpoint of an open camera."""
+
+    device: usb.core.Device
+    address: int
+
+    def write(self, data: bytes, timeout_s: float) -> None:
+        with usb_faults():
+            self.device.write(self.address, data, _milliseconds(timeout_s))
+
+    def read(self, into: Bytes, timeout_s: float) -> int:
+        with usb_faults():
+            return self.device.read(self.address, _window(into), _milliseconds(timeout_s))
+
+    def halt(self) -> None:
+        with usb_faults():
+            self.device.ctrl_transfer(_TO_ENDPOINT, _SET_FEATURE, _ENDPOINT_HALT, self.address)
+
+    def clear_halt(self) -> None:
+        with usb_faults():
+            self.device.clear_halt(self.address)
+
+
+def _milliseconds(timeout_s: float) -> int:
+    """At least one: libusb takes zero for ever."""
+    return max(1, math.ceil(timeout_s * 1000))
+
+
+class UsbLink:
+    """An open, claimed camera: its endpoints. Closing twice is fine."""
+
+    def __init__(self, device: usb.core.Device, interfaces: CameraInterfaces) -> None:
+        """Claims all interfaces; raises CameraBusy, CameraForbidden or CameraUnplugged."""
+        self._device = device
+        self.control_out = UsbEndpoint(device, interfaces.control_out)
+        self.control_in = UsbEndpoint(device, interfaces.control_in)
+        self.stream_in = UsbEndpoint(device, interfaces.stream_in)
+        self.speed = link_speed(device)
+        try:
+            _claim(device, interfaces)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Release the camera; no thread may still read from it."""
+        usb.util.dispose_resources(self._device)
+
+
+def _claim(device: usb.core.Device, interfaces: CameraInterfaces) -> None:
+    try:
+        _configure(device)
+        for number in interfaces.numbers:
+            # Not every system has kernel drivers to detach.
+            with suppress(NotImplementedError):
+                if device.is_kernel_driver_active(number):
+                    device.detach_kernel_driver(number)
+            usb.util.claim_interface(device, number)
+    except usb.core.USBError as error:
+        cause = device_error(error)
+        if isinstance(cause, CameraBusy):
+            cause = _busy(device, cause)
+        raise cause from error
+
+
+def _configure(device: usb.core.Device) -> None:
+    """Configures only a device that nobody configured: doing it again resets it."""
+    try:
+        device.get_active_configuration()
+    except usb.core.USBError as error:
+        if error.errno is not None:
+            raise
+        device.set_configuration()
+
+
+def _busy(device: usb.core.Device, busy: CameraBusy) -> CameraBusy:
+    holder = None
+    if device.bus is not None and device.address is not None:
+        holder = holder_of(device.bus, device.address)
+    return busy if holder is None else CameraBusy(f"The camera is held by {holder}.", busy.hint)
+
+
+def link_speed(device: usb.core.Device) -> LinkSpeed:
+    """The speed that the bus agreed on; UNKNOWN where the system does not tell."""
+    speed = device.speed or 0
+    return LinkSpeed(min(speed, LinkSpeed.SUPER_PLUS))
+
+
+def string(device: usb.core.Device, index: int) -> str:
+    """A string descriptor; empty where the camera has none. Opens the device."""
+    with usb_faults():
+        try:
+            return (usb.util.get_string(device, index) or "").rstrip("\0 ")
+        except ValueError:
+            # Neither a language of its own nor valid UTF-16.
+            return ""
