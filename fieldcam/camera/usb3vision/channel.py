@@ -1,0 +1,205 @@
+"""The control channel: the camera's memory, read and written over GenCP.
+
+One command is under way at a time. An acknowledgement that is lost, late or damaged
+costs one more attempt under a new request id; whatever answers an older id is dropped.
+"""
+
+from __future__ import annotations
+
+import random
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+
+from fieldcam.camera.usb3vision.gencp import (
+    HEADER_BYTES,
+    PENDING_ACK_BYTES,
+    WRITE_OVERHEAD_BYTES,
+    Ack,
+    MalformedPacket,
+    Status,
+    describe,
+    pack_read,
+    pack_write,
+    parse_ack,
+)
+from fieldcam.camera.usb3vision.transport import (
+    MAX_PACKET_BYTES,
+    BulkIn,
+    BulkOut,
+    EndpointStalled,
+    TransferFault,
+    TransferTimeout,
+    round_up,
+)
+from fieldcam.errors import CameraRefused, CameraSilent
+
+ATTEMPTS = 5
+"""As many as aravis makes."""
+BUSY_PAUSE_S = 0.02
+LONGEST_PENDING_S = 30.0
+"""A camera that asks for more time again and again, beyond this, has hung."""
+
+_HIGHEST_REQUEST_ID = 0xFFFF
+_HIGH_SPEED_PACKET_BYTES = 512
+_WORD_BYTES = 4
+_TRY_AGAIN = (Status.BUSY, Status.MESSAGE_TIMEOUT)
+
+
+class Registers(Protocol):
+    """A camera's memory."""
+
+    def read(self, address: int, length: int) -> bytes: ...
+
+    def write(self, address: int, data: bytes) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelLimits:
+    """What one camera can take."""
+
+    command_bytes: int = WRITE_OVERHEAD_BYTES + 64
+    """Longest command packet."""
+    ack_bytes: int = HEADER_BYTES + 64
+    """Longest acknowledgement packet."""
+    response_s: float = 1.0
+    """How long an answer may take."""
+
+
+class _BadAlignment(CameraRefused):
+    """The camera reads whole, aligned words only."""
+
+
+class ControlChannel:
+    """Registers of one camera; any thread may use them."""
+
+    def __init__(self, out: BulkOut, into: BulkIn) -> None:
+        self._out = out
+        self._in = into
+        self._lock = threading.Lock()
+        # A program that crashed may have left answers behind, under low ids.
+        self._request_id = random.randint(1, _HIGHEST_REQUEST_ID)
+        self.limits = ChannelLimits()
+
+    @property
+    def limits(self) -> ChannelLimits:
+        """Small safe ones, until those are set that the camera's registers name."""
+        return self._limits
+
+    @limits.setter
+    def limits(self, limits: ChannelLimits) -> None:
+        self._limits = limits
+        capacity = round_up(max(limits.ack_bytes, PENDING_ACK_BYTES), MAX_PACKET_BYTES)
+        self._buffer = np.empty(capacity, np.uint8)
+
+    def read(self, address: int, length: int) -> bytes:
+        """Bytes of the camera's memory, in as many commands as it takes.
+
+        Raises CameraRefused where the camera gives nothing there, CameraSilent where
+        it does not answer, CameraUnplugged where it is gone.
+        """
+        try:
+            return self._read_in_chunks(address, length)
+        except _BadAlignment:
+            start = address - address % _WORD_BYTES
+            end = round_up(address + length, _WORD_BYTES)
+            if (start, end) == (address, address + length):
+                raise
+        return self._read_in_chunks(start, end - start)[address - start :][:length]
+
+    def write(self, address: int, data: bytes) -> None:
+        """Write into the camera's memory; raises as `read` does."""
+        step = _whole_words(self._limits.command_bytes - WRITE_OVERHEAD_BYTES)
+        for offset in range(0, len(data), step):
+            place, chunk = address + offset, data[offset : offset + step]
+            command = partial(pack_write, address=place, data=chunk)
+            ack = self._transact(command, PENDING_ACK_BYTES)
+            if ack.status != Status.OK:
+                raise _refusal(ack, f"to write {len(chunk)} bytes at 0x{place:X}")
+
+    def _read_in_chunks(self, address: int, length: int) -> bytes:
+        step = _whole_words(self._limits.ack_bytes - HEADER_BYTES)
+        return b"".join(
+            self._read_chunk(address + offset, min(step, length - offset))
+            for offset in range(0, length, step)
+        )
+
+    def _read_chunk(self, address: int, length: int) -> bytes:
+        command = partial(pack_read, address=address, length=length)
+        ack = self._transact(command, HEADER_BYTES + length)
+        if ack.status != Status.OK or len(ack.payload) != length:
+            raise _refusal(ack, f"to give {length} bytes at 0x{address:X}")
+        return ack.payload
+
+    def _transact(self, command: Callable[[int], bytes], ack_bytes: int) -> Ack:
+        """The camera's last word on one command, which is packed for each attempt anew."""
+        fault: TransferFault | None = None
+        with self._lock:
+            for _ in range(ATTEMPTS):
+                try:
+                    ack = self._attempt(command(self._next_id()), ack_bytes)
+                except TransferFault as error:
+                    fault = error
+                    self._recover(error)
+                    continue
+                if ack.status not in _TRY_AGAIN:
+                    return ack
+                time.sleep(BUSY_PAUSE_S)
+        if fault is None:
+            return ack
+        raise CameraSilent(
+            f"The camera answered none of {ATTEMPTS} attempts.", "Plug it in again."
+        ) from fault
+
+    def _attempt(self, packet: bytes, ack_bytes: int) -> Ack:
+        request_id = self._request_id
+        self._out.write(packet, self._limits.response_s)
+        start_s = time.monotonic()
+        deadline_s = start_s + self._limits.response_s
+        while (left_s := deadline_s - time.monotonic()) > 0:
+            ack = self._receive(ack_bytes, left_s)
+            if ack is None or ack.request_id != request_id:
+                continue
+            if not ack.is_pending:
+                return ack
+            deadline_s = min(time.monotonic() + ack.pending_s, start_s + LONGEST_PENDING_S)
+        raise TransferTimeout("The camera did not answer a command in time.")
+
+    def _receive(self, ack_bytes: int, timeout_s: float) -> Ack | None:
+        """The next acknowledgement; None for bytes that are none."""
+        # A read ends at a short packet or when it is full, so one that may be all full
+        # packets must ask for its exact length; any other leaves room for a stale one.
+        exact = ack_bytes % _HIGH_SPEED_PACKET_BYTES == 0
+        window = self._buffer[:ack_bytes] if exact else self._buffer
+        count = self._in.read(window, timeout_s)
+        try:
+            return parse_ack(window[:count].tobytes())
+        except MalformedPacket:
+            return None
+
+    def _recover(self, fault: TransferFault) -> None:
+        if isinstance(fault, EndpointStalled):
+            self._out.clear_halt()
+            self._in.clear_halt()
+
+    def _next_id(self) -> int:
+        """Never 0."""
+        self._request_id = self._request_id % _HIGHEST_REQUEST_ID + 1
+        return self._request_id
+
+
+def _whole_words(length: int) -> int:
+    """Rounded down, so that every chunk begins as well aligned as the first one."""
+    return max(_WORD_BYTES, length - length % _WORD_BYTES)
+
+
+def _refusal(ack: Ack, what: str) -> CameraRefused:
+    if ack.status == Status.OK:
+        return CameraRefused(f"The camera was asked {what} and gave {len(ack.payload)}.")
+    leaf = _BadAlignment if ack.status == Status.BAD_ALIGNMENT else CameraRefused
+    return leaf(f"The camera refused {what}: {describe(ack.status)}.")
