@@ -147,3 +147,78 @@ class ScriptedControl:
             content = struct.pack("<HH", 0, length)
         self.longest_ack = max(self.longest_ack, HEADER.size + len(content))
         return HEADER.pack(U3VC, 0, command + 1, len(content), request_id) + content
+
+
+PACKET_BYTES = 1024
+
+
+class ScriptedStream:
+    """A stream endpoint at the level of packets, which play one after the other.
+
+    As on the bus, a read ends when its window is full or with a packet shorter than
+    the rest; nothing else parts one transfer from the next.
+    """
+
+    def __init__(self, transfers: Iterable[bytes | TransferFault] = ()) -> None:
+        self.packets: deque[bytes | TransferFault] = deque()
+        self.acts: list[str] = []
+        self.send(*transfers)
+
+    def send(self, *transfers: bytes | TransferFault) -> None:
+        for transfer in transfers:
+            if isinstance(transfer, TransferFault):
+                self.packets.append(transfer)
+            else:
+                starts = range(0, max(1, len(transfer)), PACKET_BYTES)
+                self.packets.extend(transfer[start : start + PACKET_BYTES] for start in starts)
+
+    def read(self, into: Bytes, timeout_s: float) -> int:
+        assert timeout_s > 0
+        assert len(into) % PACKET_BYTES == 0
+        if not self.packets:
+            raise TransferTimeout("nothing")
+        count = 0
+        while count < len(into) and self.packets:
+            packet = self.packets[0]
+            if isinstance(packet, TransferFault):
+                if count:
+                    break
+                self.packets.popleft()
+                raise packet
+            self.packets.popleft()
+            into[count : count + len(packet)] = np.frombuffer(packet, np.uint8)
+            count += len(packet)
+            if len(packet) < PACKET_BYTES:
+                break
+        return count
+
+    def halt(self) -> None:
+        self.acts.append("halt")
+
+    def clear_halt(self) -> None:
+        self.acts.append("clear")
+
+
+def leader(
+    block_id: int,
+    width: int,
+    height: int,
+    *,
+    pixel_format: int = 0x01080009,
+    timestamp_ns: int = 0,
+    padding_x: int = 0,
+    payload_type: int = 1,
+) -> bytes:
+    """An image's leader."""
+    head = struct.pack("<IHHQHHQ", 0x4C563355, 0, 52, block_id, 0, payload_type, timestamp_ns)
+    return head + struct.pack("<IIIIIHH", pixel_format, width, height, 0, 0, padding_x, 0)
+
+
+def trailer(block_id: int, valid_bytes: int, height: int, status: int = 0) -> bytes:
+    """An image's trailer."""
+    return struct.pack("<IHHQHHQI", 0x54563355, 0, 32, block_id, status, 0, valid_bytes, height)
+
+
+def cut(payload: bytes, transfer_bytes: int) -> list[bytes]:
+    """A block's data as transfers of at most this length."""
+    return [payload[at : at + transfer_bytes] for at in range(0, len(payload), transfer_bytes)]
