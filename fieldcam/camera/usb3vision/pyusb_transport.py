@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
@@ -223,11 +223,23 @@ def link_speed(device: usb.core.Device) -> LinkSpeed:
     return LinkSpeed(min(speed, LinkSpeed.SUPER_PLUS))
 
 
-def string(device: usb.core.Device, index: int) -> str:
-    """A string descriptor; empty where the camera has none. Opens the device."""
-    with usb_faults():
-        try:
-            return (usb.util.get_string(device, index) or "").rstrip("\0 ")
-        except ValueError:
-            # Neither a language of its own nor valid UTF-16.
-            return ""
+def read_strings(device: usb.core.Device, indices: Sequence[int]) -> list[str]:
+    """String descriptors by their indices; empty for 0 and for what cannot be read.
+
+    Opens the device for the time being. Raises CameraForbidden where that is not
+    allowed, which pyusb by itself would take for a device without strings.
+    """
+    try:
+        with usb_faults():
+            _configure(device)
+            return [_string(device, index) for index in indices]
+    finally:
+        usb.util.dispose_resources(device)
+
+
+def _string(device: usb.core.Device, index: int) -> str:
+    try:
+        return (usb.util.get_string(device, index) or "").rstrip("\0 ")
+    except ValueError:
+        # Neither a language of its own nor valid UTF-16.
+        return ""
