@@ -115,7 +115,7 @@ def _extra_bytes(interface: usb.core.Interface) -> bytes:
     return bytes(chain(interface.extra_descriptors, behind))
 
 
-class _Window(array[int]):
+class _Window(array):  # type: ignore[type-arg] # takes none before Python 3.12
     """An array that lies in somebody else's memory.
 
     pyusb reads into an `array.array` only, whose address it asks for with
