@@ -6,7 +6,7 @@ import ctypes
 import errno
 from array import array
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -385,6 +385,13 @@ def test_a_short_patience_is_not_taken_for_an_endless_one() -> None:
     assert "write 0x4 0 1" in device.calls
 
 
+def test_a_command_that_went_only_in_part_is_a_timeout(monkeypatch: pytest.MonkeyPatch) -> None:
+    link, backend = linked(FakeDevice())
+    monkeypatch.setattr(backend, "bulk_write", lambda *_: 3)
+    with pytest.raises(TransferTimeout, match="3 of 7"):
+        link.control_out.write(b"command", 1.0)
+
+
 def test_an_endpoint_is_halted_and_cleared() -> None:
     device = FakeDevice()
     link, _ = linked(device)
@@ -442,10 +449,11 @@ def test_a_camera_plugged_in_anew_is_not_the_one_that_was_listed() -> None:
         open_attached(camera, FakeBackend(FakeDevice(address=8)))
 
 
-def test_an_endpoint_is_a_value() -> None:
+def test_endpoints_are_those_of_the_descriptors() -> None:
     link, _ = linked(FakeDevice())
     assert isinstance(link.stream_in, UsbEndpoint)
-    assert link.stream_in.address == 0x8B
+    assert (link.stream_in.address, link.event_in) == (0x8B, replace(link.stream_in, address=0x86))
+    assert linked(FakeDevice((CONTROL, STREAM)))[0].event_in is None
 
 
 def process(root: Path, number: int, name: str, opened: str) -> None:

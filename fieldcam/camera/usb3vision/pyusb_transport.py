@@ -26,7 +26,7 @@ from fieldcam.camera.usb3vision.descriptors import (
     parse_device_info,
 )
 from fieldcam.camera.usb3vision.holders import holder_of
-from fieldcam.camera.usb3vision.transport import Bytes, LinkSpeed
+from fieldcam.camera.usb3vision.transport import Bytes, LinkSpeed, TransferTimeout
 from fieldcam.camera.usb3vision.usb_faults import device_error, usb_faults
 from fieldcam.errors import CameraBusy
 
@@ -143,7 +143,9 @@ class UsbEndpoint:
 
     def write(self, data: bytes, timeout_s: float) -> None:
         with usb_faults():
-            self.device.write(self.address, data, _milliseconds(timeout_s))
+            count = self.device.write(self.address, data, _milliseconds(timeout_s))
+        if count < len(data):
+            raise TransferTimeout(f"The camera took {count} of {len(data)} bytes in time.")
 
     def read(self, into: Bytes, timeout_s: float) -> int:
         with usb_faults():
@@ -172,6 +174,10 @@ class UsbLink:
         self.control_out = UsbEndpoint(device, interfaces.control_out)
         self.control_in = UsbEndpoint(device, interfaces.control_in)
         self.stream_in = UsbEndpoint(device, interfaces.stream_in)
+        self.event_in: UsbEndpoint | None = None
+        """Where the camera has an event channel."""
+        if interfaces.event_in is not None:
+            self.event_in = UsbEndpoint(device, interfaces.event_in)
         self.speed = link_speed(device)
         try:
             _claim(device, interfaces)
