@@ -197,6 +197,20 @@ def test_a_damaged_frame_is_never_handed_on_and_the_next_one_is(
     assert outcomes[-2:] == [(2, True), (3, True)]
 
 
+def test_finding_the_next_leader_takes_few_reads() -> None:
+    """A read costs a round trip to the kernel, whether of a kilobyte or of a megabyte."""
+    size = 3_110_400
+    plan = plan_transfers(Sirm(0, 1024, size, 52, 32))
+    assembler = FrameAssembler(plan, FramePool(plan.capacity, 1))
+    data = [*cut(bytes(size), plan.payload), trailer(1, size, 1080)]
+    stream = ScriptedStream([*data, leader(2, 2880, 1080), *data[:-1], trailer(2, size, 1080)])
+    outcomes = []
+    while stream.packets:
+        outcomes.append(assembler.received(stream.read(assembler.window(), 1.0), 0))
+    assert isinstance(outcomes[-1], Frame)
+    assert len(outcomes) < 12
+
+
 def test_a_leader_inside_the_data_is_data() -> None:
     payload = bytearray(PAYLOAD)
     payload[TRANSFER : TRANSFER + 52] = leader(8, 2, 2)

@@ -30,6 +30,8 @@ _TAIL_BYTES = 64
 class State(Enum):
     """What the next transfer should be."""
 
+    LOST = auto()
+    """Anything; the first one that ends with a short packet ends a block, or part of it."""
     LEADER = auto()
     PAYLOAD = auto()
     TRAILER = auto()
@@ -75,28 +77,32 @@ class FrameAssembler:
     def __init__(self, plan: TransferPlan, pool: FramePool) -> None:
         self._windows = plan.windows
         self._pool = pool
-        longest = max(plan.leader, plan.trailer)
-        self._scratch: Bytes = np.empty(round_up(longest, MAX_PACKET_BYTES), np.uint8)
+        # Larger windows could not tell a leader of whole packets from the data behind it.
+        self._header_bytes = round_up(max(plan.leader, plan.trailer), MAX_PACKET_BYTES)
+        self._scratch: Bytes = np.empty(max(self._header_bytes, *plan.windows), np.uint8)
         self._block: _Block | None = None
         self._state = State.LEADER
         self._last_id: int | None = None
         self.counts = StreamCounts()
 
     @property
-    def state(self) -> State:
-        return self._state
+    def in_block(self) -> bool:
+        """A leader came, and its trailer not yet."""
+        return self._block is not None
 
     def window(self) -> Bytes:
         """Where the next transfer is to go; never empty."""
-        if self._block is None or self._state is State.TRAILER:
+        if self._state is State.LOST:
             return self._scratch
+        if self._block is None or self._state is State.TRAILER:
+            return self._scratch[: self._header_bytes]
         start = self._block.received
         return self._block.memory[start : start + self._windows[self._block.transfers]]
 
     def received(self, count: int, now_ns: int) -> Frame | SpoiledFrame | None:
         """Take in `count` bytes in the window; gives a frame or its end, if this was it."""
         if self._block is None:
-            self._lead(self._scratch[:count].tobytes(), now_ns)
+            self._lead(count, now_ns)
             return None
         if self._state is State.TRAILER:
             return self._trail(self._block, self._scratch[:count].tobytes(), now_ns)
@@ -111,12 +117,18 @@ class FrameAssembler:
         self.counts.spoiled += 1
         return SpoiledFrame(block.leader.block_id, reason)
 
-    def _lead(self, transfer: bytes, now_ns: int) -> None:
-        leader = parse_leader(transfer)
-        if leader is None:
-            self.counts.dropped_transfers += 1
+    def _lead(self, count: int, now_ns: int) -> None:
+        ended = count < len(self.window())
+        leader = parse_leader(self._scratch[:count].tobytes()) if self._is_header(count) else None
+        if leader is not None:
+            self._begin(leader, now_ns)
             return
-        self._begin(leader, now_ns)
+        self.counts.dropped_transfers += 1
+        self._state = State.LEADER if ended else State.LOST
+
+    def _is_header(self, count: int) -> bool:
+        """Whether so many bytes can be a leader or a trailer and nothing else."""
+        return count <= self._header_bytes
 
     def _begin(self, leader: Leader, now_ns: int) -> None:
         lost = 0
@@ -141,7 +153,7 @@ class FrameAssembler:
     def _look_into(self, block: _Block, start: int, now_ns: int) -> Frame | SpoiledFrame | None:
         """A transfer that came short may be the rest of the data, or what follows them."""
         transfer = block.memory[start : block.received]
-        if len(transfer) <= len(self._scratch):
+        if self._is_header(len(transfer)):
             leader = parse_leader(transfer.tobytes())
             if leader is not None and leader.block_id != block.leader.block_id:
                 return self._cut_off(leader, now_ns)

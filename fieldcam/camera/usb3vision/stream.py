@@ -15,7 +15,6 @@ import numpy as np
 from fieldcam.camera.usb3vision.assembly import (
     FrameAssembler,
     SpoiledFrame,
-    State,
     StreamCounts,
 )
 from fieldcam.camera.usb3vision.bootstrap import Sbrm, read_sirm, read_u32
@@ -94,7 +93,7 @@ class ImageStream:
         while True:
             assembler = self._armed()
             left_s = deadline_s - time.monotonic()
-            if assembler.state is not State.LEADER:
+            if assembler.in_block:
                 left_s = max(left_s, MID_FRAME_S)
             elif left_s <= 0:
                 raise CaptureTimeout(f"The camera sent no picture within {timeout_s:g} s.")
