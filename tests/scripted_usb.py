@@ -62,6 +62,7 @@ class ScriptedControl:
     """The status for a command at this address of this length."""
     gone: DeviceError | None = None
     halted: bool = False
+    clears: int = 0
     requests: list[tuple[int, int, int, int]] = field(default_factory=list)
     """Command, request id, address, length."""
     longest_ack: int = 0
@@ -98,6 +99,7 @@ class ScriptedControl:
             raise answer
         if len(answer) > len(into):
             raise TransferOverflow("overflow")
+        assert len(answer) % 512 or len(answer) in (0, len(into)), "the read would not end"
         into[: len(answer)] = np.frombuffer(answer, np.uint8)
         return len(answer)
 
@@ -106,6 +108,7 @@ class ScriptedControl:
 
     def clear_halt(self) -> None:
         self.halted = False
+        self.clears += 1
 
     def _check_gone(self) -> None:
         if self.gone is not None:

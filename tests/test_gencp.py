@@ -28,7 +28,7 @@ BASE = 0x1_0000_0000
 
 
 def opened(camera: ScriptedControl, limits: ChannelLimits | None = None) -> ControlChannel:
-    camera.put(BASE, DATA)
+    camera.put(BASE, DATA * 2)
     channel = ControlChannel(camera, camera)
     if limits is not None:
         channel.limits = limits
@@ -70,9 +70,15 @@ def test_memory_is_read_and_written_whole_in_chunks_of_any_size(
     assert camera.longest_ack <= ack_bytes
     channel.write(BASE + offset, b"\x5a" * length)
     expected = DATA[:offset] + b"\x5a" * length + DATA[offset + length :]
-    assert channel.read(BASE, len(DATA)) == expected
+    assert channel.read(BASE, len(DATA)) == expected[: len(DATA)]
     longest = max((size for command, _, _, size in camera.requests if command == 0x0802), default=0)
     assert longest + 20 <= command_bytes
+
+
+@pytest.mark.parametrize("ack_bytes", [512, 1024, 1536])
+def test_an_answer_of_whole_packets_is_not_waited_for_in_vain(ack_bytes: int) -> None:
+    channel = opened(ScriptedControl(), ChannelLimits(1024, 2048))
+    assert channel.read(BASE, ack_bytes - 12) == (DATA * 2)[: ack_bytes - 12]
 
 
 def test_request_ids_differ_and_are_never_zero() -> None:
@@ -106,6 +112,14 @@ def test_a_stale_answer_is_never_taken_for_another(mishaps: list[Mishap | None])
             assert channel.read(BASE + offset, 4) == DATA[offset : offset + 4]
         except CameraSilent:
             assert mishaps.count(None) < len(mishaps)
+
+
+def test_a_stall_is_cleared_on_both_endpoints() -> None:
+    camera = ScriptedControl(mishaps=[Mishap.STALLED, None, Mishap.LOST])
+    channel = opened(camera)
+    channel.read(BASE, 4)
+    channel.read(BASE, 4)
+    assert camera.clears == 2
 
 
 @pytest.mark.parametrize(

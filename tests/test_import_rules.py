@@ -44,6 +44,8 @@ APP = (
     "fieldcam.camera.port",
     "fieldcam.camera.replay",
     "fieldcam.camera.simulated",
+    "fieldcam.camera.usb3vision.devices",
+    "fieldcam.camera.usb3vision.pairing",
     "fieldcam.analysis",
 )
 """What the app's own process loads."""

@@ -130,6 +130,13 @@ def test_only_one_known_bit_is_a_speed(bits: int, speed: int) -> None:
     assert read_sbrm(registers, read_abrm(registers)).speed == speed
 
 
+def test_a_camera_may_keep_its_speed_to_itself() -> None:
+    scripted = camera()
+    scripted.refusal = lambda address, length: 0x8003 if address == SBRM + 0x40 else 0
+    registers = opened(scripted)
+    assert read_sbrm(registers, read_abrm(registers)).speed is LinkSpeed.UNKNOWN
+
+
 def test_the_clock_is_latched_between_two_readings_of_the_hosts() -> None:
     scripted = camera()
     sample = latch_clock(opened(scripted))

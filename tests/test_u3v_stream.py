@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import gc
+import itertools
 import struct
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scripted_usb import ScriptedControl, ScriptedStream, cut, leader, trailer
 
+from fieldcam.camera.usb3vision import stream
 from fieldcam.camera.usb3vision.assembly import FrameAssembler, SpoiledFrame
 from fieldcam.camera.usb3vision.blocks import (
     ImageInfo,
@@ -21,10 +25,12 @@ from fieldcam.camera.usb3vision.blocks import (
     parse_trailer,
     trailer_at_end,
 )
-from fieldcam.camera.usb3vision.bootstrap import Sbrm, Sirm
+from fieldcam.camera.usb3vision.bootstrap import Eirm, Sbrm, Sirm
 from fieldcam.camera.usb3vision.channel import ControlChannel
 from fieldcam.camera.usb3vision.chunks import parse_chunks
+from fieldcam.camera.usb3vision.events import Event, EventChannel, parse_event
 from fieldcam.camera.usb3vision.frames import Frame, FramePool
+from fieldcam.camera.usb3vision.gencp import MalformedPacket
 from fieldcam.camera.usb3vision.stream import MOST_FAULTS, ImageStream
 from fieldcam.camera.usb3vision.transfer_plan import plan_transfers
 from fieldcam.camera.usb3vision.transport import (
@@ -59,13 +65,13 @@ def assembled(
 ) -> list[Frame | SpoiledFrame]:
     """All that comes out of a stream of these transfers."""
     assembler = assembler or FrameAssembler(PLAN, FramePool(PLAN.capacity, 2))
-    stream = ScriptedStream(transfers)
+    pipe = ScriptedStream(transfers)
     outcomes: list[Frame | SpoiledFrame | None] = []
-    while stream.packets:
+    while pipe.packets:
         window = assembler.window()
         assert len(window)
         try:
-            outcomes.append(assembler.received(stream.read(window, 1.0), now_ns=5))
+            outcomes.append(assembler.received(pipe.read(window, 1.0), now_ns=5))
         except TransferFault:
             outcomes.append(assembler.abandon("failed"))
     return [outcome for outcome in outcomes if outcome is not None]
@@ -159,6 +165,13 @@ def test_frames_of_any_length_come_whole(length: int, ending: str) -> None:
     assert all(isinstance(o, Frame) and o.payload.tobytes() == payload for o in outcomes)
 
 
+def test_a_trailer_behind_whole_packets_does_not_count_as_data() -> None:
+    plan = plan_transfers(Sirm(0, 1024, 2058, 52, 32), TRANSFER)
+    sent = [leader(3, 2058, 1), bytes(2048), trailer(3, 2058, 1)]
+    (outcome,) = assembled(sent, FrameAssembler(plan, FramePool(plan.capacity, 1)))
+    assert outcome == SpoiledFrame(3, "came with 2048 of 2058 bytes")
+
+
 def without(transfers: list[bytes], index: int) -> list[bytes]:
     return transfers[:index] + transfers[index + 1 :]
 
@@ -203,10 +216,10 @@ def test_finding_the_next_leader_takes_few_reads() -> None:
     plan = plan_transfers(Sirm(0, 1024, size, 52, 32))
     assembler = FrameAssembler(plan, FramePool(plan.capacity, 1))
     data = [*cut(bytes(size), plan.payload), trailer(1, size, 1080)]
-    stream = ScriptedStream([*data, leader(2, 2880, 1080), *data[:-1], trailer(2, size, 1080)])
+    pipe = ScriptedStream([*data, leader(2, 2880, 1080), *data[:-1], trailer(2, size, 1080)])
     outcomes = []
-    while stream.packets:
-        outcomes.append(assembler.received(stream.read(assembler.window(), 1.0), 0))
+    while pipe.packets:
+        outcomes.append(assembler.received(pipe.read(assembler.window(), 1.0), 0))
     assert isinstance(outcomes[-1], Frame)
     assert len(outcomes) < 12
 
@@ -348,6 +361,14 @@ def test_nothing_within_the_deadline_is_a_timeout() -> None:
         Setup().stream.receive(0.01)
 
 
+def test_a_frame_that_began_in_time_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    setup = Setup(*whole(0))
+    ticks = itertools.count(0.0, 0.4)
+    clock = SimpleNamespace(monotonic=lambda: next(ticks), monotonic_ns=lambda: 0)
+    monkeypatch.setattr(stream, "time", clock)
+    assert setup.stream.receive(0.5).block_id == 0
+
+
 @pytest.mark.parametrize(
     "transfers",
     [whole(0)[:1], whole(0)[:2], [whole(0)[0], LinkFault("x")], [whole(0)[0], whole(0)[2]]],
@@ -376,6 +397,7 @@ def test_one_stall_is_cleared_and_a_second_one_arms_the_stream_anew() -> None:
     assert setup.written()[-1] == 0x04
     assert setup.pipe.acts == ["clear", "clear", "halt", "clear"]
     assert setup.enabled() == 1
+    assert setup.stream.counts.frames == 1
 
 
 def test_repeated_overflow_makes_the_transfers_smaller() -> None:
@@ -415,3 +437,34 @@ def test_a_camera_without_a_stream_is_refused() -> None:
     none = Sbrm((1, 0), 1024, 1024, 0, None, None, LinkSpeed.SUPER)
     with pytest.raises(CameraUnsupported):
         ImageStream(ScriptedStream(), ControlChannel(control, control), none)
+
+
+def event(number: int, timestamp_ns: int, data: bytes) -> bytes:
+    payload = struct.pack("<HHQ", 0, number, timestamp_ns) + data
+    return struct.pack("<IHHHH", 0x45563355, 0, 0x0C00, len(payload), 0) + payload
+
+
+@given(st.integers(0, 0xFFFF), st.integers(0, 2**64 - 1), st.binary(max_size=40))
+def test_events_are_parsed(number: int, timestamp_ns: int, data: bytes) -> None:
+    packet = event(number, timestamp_ns, data)
+    assert parse_event(packet + b"behind") == Event(number, timestamp_ns, data)
+
+
+@given(st.binary(max_size=60))
+def test_fuzz_any_bytes_are_an_event_or_malformed(packet: bytes) -> None:
+    for candidate in (packet, event(1, 2, b"")[:9] + packet):
+        with suppress(MalformedPacket):
+            assert len(parse_event(candidate).data) <= len(candidate)
+
+
+def test_events_are_received_one_by_one() -> None:
+    control = ScriptedControl()
+    control.put(0x63000, bytes(12))
+    pipe = ScriptedStream([event(0x9001, 5, b"line"), b"noise", event(1, 6, b"")])
+    channel = EventChannel(pipe, ControlChannel(control, control), Eirm(0x63000, 1024))
+    channel.enable()
+    assert control.memory[0x63000] == 1
+    received = [channel.receive(0.1) for _ in range(4)]
+    assert received == [Event(0x9001, 5, b"line"), None, Event(1, 6, b""), None]
+    channel.disable()
+    assert control.memory[0x63000] == 0

@@ -1,10 +1,10 @@
-"""Cameras that speak USB3 Vision, in layers of which each knows only the one below.
+"""Cameras that speak USB3 Vision, in layers of which each knows only those below.
 
-    devices    what is attached; opening a camera as a whole
-    stream     frames                            (assembly, packets, plan, frames)
-    bootstrap  the camera's fixed registers      (manifest, description)
-    channel    registers over GenCP              (gencp)
-    transport  bulk transfers                    (pyusb_transport, descriptors, usb_faults)
+    devices    what is attached; a camera opened as a whole
+    stream     frames             (transfer_plan, assembly, blocks, frames, chunks), events
+    bootstrap  fixed registers    (manifest, description)
+    channel    registers          (gencp)
+    transport  bulk transfers     (pyusb_transport, descriptors, holders, usb_faults)
 
-`pixels` and `pairing` are pure: they turn received blocks into pairs of images.
+`pixels`, `clocks` and `pairing` are pure: they turn frames into pairs of images.
 """

@@ -155,7 +155,7 @@ class FrameAssembler:
         transfer = block.memory[start : block.received]
         if self._is_header(len(transfer)):
             leader = parse_leader(transfer.tobytes())
-            if leader is not None and leader.block_id != block.leader.block_id:
+            if leader is not None:
                 return self._cut_off(leader, now_ns)
         tail = transfer[-_TAIL_BYTES:]
         found = trailer_at_end(tail.tobytes())

@@ -114,7 +114,7 @@ def read_sbrm(registers: Registers, abrm: Abrm) -> Sbrm:
         read_u32(registers, base + 0x1C),
         read_u64(registers, base + 0x20) if capability & _HAS_SIRM else None,
         read_u64(registers, base + 0x2C) if capability & _HAS_EIRM else None,
-        _speed(read_u32(registers, base + 0x40)),
+        _speed(registers, base + 0x40),
     )
 
 
@@ -191,8 +191,13 @@ def _text(registers: Registers, address: int) -> str:
     return content.split(b"\0", 1)[0].decode("utf-8", "replace").strip()
 
 
-def _speed(bits: int) -> LinkSpeed:
-    """Bit 0 is low speed; more than one bit, or none, says nothing."""
+def _speed(registers: Registers, address: int) -> LinkSpeed:
+    """UNKNOWN where the camera leaves this register out, or sets no single known bit."""
+    try:
+        bits = read_u32(registers, address)
+    except CameraRefused:
+        return LinkSpeed.UNKNOWN
+    # Bit 0 is low speed.
     speed = bits.bit_length()
     plain = bits and bits & (bits - 1) == 0 and speed <= LinkSpeed.SUPER_PLUS
     return LinkSpeed(speed) if plain else LinkSpeed.UNKNOWN

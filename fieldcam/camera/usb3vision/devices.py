@@ -17,10 +17,12 @@ from fieldcam.camera.usb3vision.bootstrap import (
     Sbrm,
     channel_limits,
     read_abrm,
+    read_eirm,
     read_sbrm,
 )
 from fieldcam.camera.usb3vision.channel import ControlChannel
 from fieldcam.camera.usb3vision.description import fetch_description
+from fieldcam.camera.usb3vision.events import EventChannel
 from fieldcam.camera.usb3vision.manifest import newest, read_manifest
 from fieldcam.camera.usb3vision.pyusb_transport import (
     CameraInterfaces,
@@ -133,6 +135,13 @@ class OpenCamera:
     def stream(self) -> ImageStream:
         """The camera's image stream, not armed; one at a time."""
         return ImageStream(self._link.stream_in, self.registers, self.sbrm)
+
+    def events(self) -> EventChannel | None:
+        """The camera's event channel, not enabled; None where it has none."""
+        eirm = read_eirm(self.registers, self.sbrm)
+        if eirm is None or self._link.event_in is None:
+            return None
+        return EventChannel(self._link.event_in, self.registers, eirm)
 
     def close(self) -> None:
         """Release the camera; no thread may still read from it."""

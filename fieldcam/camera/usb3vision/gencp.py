@@ -12,12 +12,13 @@ from enum import IntEnum
 COMMAND_PREFIX = 0x43563355
 """The bytes `U3VC`."""
 
-_HEADER = struct.Struct("<IHHHH")
+HEADER = struct.Struct("<IHHHH")
+"""Prefix, flags or status, command, length of the payload, request id."""
 _READ = struct.Struct("<QHH")
 _ADDRESS = struct.Struct("<Q")
 _PENDING = struct.Struct("<HH")
 
-HEADER_BYTES = _HEADER.size
+HEADER_BYTES = HEADER.size
 WRITE_OVERHEAD_BYTES = HEADER_BYTES + _ADDRESS.size
 """Of a write command, beside its data."""
 PENDING_ACK_BYTES = HEADER_BYTES + _PENDING.size
@@ -97,7 +98,7 @@ def parse_ack(packet: bytes) -> Ack:
     """The acknowledgement in one received transfer; bytes behind it are ignored."""
     if len(packet) < HEADER_BYTES:
         raise MalformedPacket(f"{len(packet)} bytes, too few for a header")
-    prefix, status, command, length, request_id = _HEADER.unpack_from(packet)
+    prefix, status, command, length, request_id = HEADER.unpack_from(packet)
     if prefix != COMMAND_PREFIX:
         raise MalformedPacket(f"a packet that begins with 0x{prefix:08X}")
     payload = packet[HEADER_BYTES : HEADER_BYTES + length]
@@ -118,5 +119,5 @@ def describe(status: int) -> str:
 
 
 def _command(command: Command, request_id: int, payload: bytes) -> bytes:
-    header = _HEADER.pack(COMMAND_PREFIX, _WITH_ACK, command, len(payload), request_id)
+    header = HEADER.pack(COMMAND_PREFIX, _WITH_ACK, command, len(payload), request_id)
     return header + payload
