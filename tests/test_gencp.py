@@ -160,6 +160,16 @@ def test_a_refusal_says_what_was_refused(
         act(opened(ScriptedControl()))
 
 
+@pytest.mark.parametrize(("address", "length"), [(-4, 4), (2**64 - 2, 4), (2**70, 4), (0, -1)])
+def test_addresses_that_no_camera_has_are_refused_unasked(address: int, length: int) -> None:
+    camera = ScriptedControl()
+    with pytest.raises(CameraRefused, match="No camera has"):
+        opened(camera).read(address, length)
+    with pytest.raises(CameraRefused, match="No camera has"):
+        opened(camera).write(address if length > 0 else -1, bytes(4))
+    assert not camera.requests
+
+
 def only_words(address: int, length: int) -> int:
     return Status.BAD_ALIGNMENT if address % 4 or length % 4 else 0
 

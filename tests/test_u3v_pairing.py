@@ -177,6 +177,13 @@ def test_a_fitted_clock_tells_host_time_to_a_few_milliseconds(
     assert error_ns < 5_000_000 + later_s * 3e-4 * 1e9
 
 
+def test_a_drift_that_was_seen_is_kept() -> None:
+    drift = 5e-5
+    samples = [ClockSample(s * 10**9, round(s * 10**9 * (1 + drift)), 20_000) for s in range(21)]
+    at_ns = fit_clock(samples).to_host_ns(600 * 10**9)
+    assert abs(at_ns - 600 * 10**9 * (1 + drift)) < 1_000_000
+
+
 def test_a_long_latch_weighs_little() -> None:
     sure = [ClockSample(10**9 * s, 7 + 10**9 * s, 50_000) for s in range(5)]
     slow = ClockSample(5 * 10**9, 7 + 5 * 10**9 + 40_000_000, 40_000_000)

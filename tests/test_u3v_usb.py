@@ -35,6 +35,7 @@ from fieldcam.errors import (
     CameraBusy,
     CameraForbidden,
     CameraUnplugged,
+    CameraUnsupported,
     DeviceError,
     ExitCode,
     UsbLibraryMissing,
@@ -427,6 +428,17 @@ def test_each_error_number_says_what_can_be_done(
     device.failing["read"] = number or 0
     with pytest.raises(leaf):
         endpoint.read(np.zeros(8, np.uint8), 1.0)
+
+
+def test_what_the_library_cannot_do_is_told_as_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    def claim(*_: object) -> None:
+        raise NotImplementedError
+
+    backend = FakeBackend(FakeDevice())
+    monkeypatch.setattr(backend, "claim_interface", claim)
+    ((found, interfaces),) = attached(backend)
+    with pytest.raises(CameraUnsupported, match="USB library"):
+        UsbLink(found, interfaces)
 
 
 def test_without_libusb_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

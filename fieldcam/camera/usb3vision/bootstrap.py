@@ -89,6 +89,7 @@ class ClockSample:
 
 
 def read_abrm(registers: Registers) -> Abrm:
+    """Raises CameraRefused where a register is missing that no camera may leave out."""
     return Abrm(
         _version(registers, 0x000),
         _text(registers, 0x004),
@@ -105,6 +106,7 @@ def read_abrm(registers: Registers) -> Abrm:
 
 
 def read_sbrm(registers: Registers, abrm: Abrm) -> Sbrm:
+    """Raises as `read_abrm` does."""
     base = abrm.sbrm_address
     capability = read_u64(registers, base + 0x04)
     return Sbrm(
@@ -165,14 +167,17 @@ def latch_clock(registers: Registers) -> ClockSample:
 
 
 def read_u32(registers: Registers, address: int) -> int:
+    """Little-endian, as all registers of the bootstrap."""
     return int.from_bytes(registers.read(address, 4), "little")
 
 
 def read_u64(registers: Registers, address: int) -> int:
+    """As `read_u32`."""
     return int.from_bytes(registers.read(address, 8), "little")
 
 
 def write_u32(registers: Registers, address: int, value: int) -> None:
+    """As `read_u32`."""
     registers.write(address, struct.pack("<I", value))
 
 

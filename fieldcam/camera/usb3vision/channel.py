@@ -48,6 +48,7 @@ LONGEST_PENDING_S = 30.0
 _HIGHEST_REQUEST_ID = 0xFFFF
 _HIGH_SPEED_PACKET_BYTES = 512
 _WORD_BYTES = 4
+_MEMORY_END = 1 << 64
 _TRY_AGAIN = (Status.BUSY, Status.MESSAGE_TIMEOUT)
 
 
@@ -103,6 +104,7 @@ class ControlChannel:
         Raises CameraRefused where the camera gives nothing there, CameraSilent where
         it does not answer, CameraUnplugged where it is gone.
         """
+        _check_range(address, length)
         try:
             return self._read_in_chunks(address, length)
         except _BadAlignment:
@@ -114,6 +116,7 @@ class ControlChannel:
 
     def write(self, address: int, data: bytes) -> None:
         """Write into the camera's memory; raises as `read` does."""
+        _check_range(address, len(data))
         step = _whole_words(self._limits.command_bytes - WRITE_OVERHEAD_BYTES)
         for offset in range(0, len(data), step):
             place, chunk = address + offset, data[offset : offset + step]
@@ -191,6 +194,12 @@ class ControlChannel:
         """Never 0."""
         self._request_id = self._request_id % _HIGHEST_REQUEST_ID + 1
         return self._request_id
+
+
+def _check_range(address: int, length: int) -> None:
+    """A camera's own description may compute any address."""
+    if address < 0 or length < 0 or address + length > _MEMORY_END:
+        raise CameraRefused(f"No camera has {length} bytes at {address:#x}.")
 
 
 def _whole_words(length: int) -> int:

@@ -22,16 +22,10 @@ def parse_chunks(payload: Bytes, image_bytes: int) -> dict[int, Bytes]:
     while end > image_bytes:
         stop = end - _RECORD_END.size
         if stop < 0:
-            raise _damaged()
+            break
         chunk_id, length = _RECORD_END.unpack(payload[stop:end].tobytes())
-        if length > stop:
-            raise _damaged()
         end = stop - length
         chunks[chunk_id] = payload[end:stop]
     if end not in (0, image_bytes):
-        raise _damaged()
+        raise FrameIncomplete("The records behind a picture are damaged.", "Take it again.")
     return chunks
-
-
-def _damaged() -> FrameIncomplete:
-    return FrameIncomplete("The records behind a picture are damaged.", "Take it again.")

@@ -58,6 +58,7 @@ def parse_entry(content: bytes) -> ManifestEntry:
 
 
 def read_manifest(registers: Registers, abrm: Abrm) -> tuple[ManifestEntry, ...]:
+    """All description files of the camera, at least one."""
     count = read_u64(registers, abrm.manifest_address)
     if not 1 <= count <= MOST_ENTRIES:
         raise CameraUnsupported(f"The camera says that it has {count} description files.")

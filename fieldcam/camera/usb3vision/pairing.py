@@ -1,7 +1,7 @@
 """Which left image belongs to which right one, for each way to carry a stereo pair. Pure.
 
-Never by the order of arrival: two devices are paired by their trigger ordinals, which
-their clocks have to confirm, and one device by its block ids.
+Never by the order of arrival: two devices are paired by their corrected clocks, or by
+their trigger ordinals where a clock is missing, and one device by its block ids.
 """
 
 from __future__ import annotations
@@ -52,10 +52,9 @@ class EyePair:
 class TwinPairing:
     """Pairs the images of two devices that one trigger fires.
 
-    Each counts its exposures by its block ids. Where the counts agree and the clocks do
-    not, one device missed a trigger: the older image is dropped and the counts are
-    aligned anew by the clocks. Without clocks the counts alone decide, from the first
-    image of each device on; the owner then restarts after any loss.
+    Clocks decide where both are known: a device that missed a trigger does not count
+    it, so its block ids then lag behind by one for good. Without clocks the ids decide,
+    from the first image of each device on; the owner then restarts after any loss.
     """
 
     def __init__(self, tolerance_ns: int) -> None:
@@ -91,20 +90,16 @@ class TwinPairing:
 
     def _order(self, left: Half, right: Half) -> int:
         """Negative where the left image is the older one, 0 where both belong together."""
+        if len(self.clocks) == len(Eye):
+            apart_ns = self._apart_ns(left, right)
+            return 0 if abs(apart_ns) <= self._tolerance_ns else apart_ns
         shift = left.block_id - right.block_id
-        if self._shift is not None and shift != self._shift:
-            return shift - self._shift
-        apart_ns = self._apart_ns(left, right)
-        if abs(apart_ns) > self._tolerance_ns:
-            self._shift = None
-            return apart_ns
-        self._shift = shift
-        return 0
+        if self._shift is None:
+            self._shift = shift
+        return shift - self._shift
 
     def _apart_ns(self, left: Half, right: Half) -> int:
-        """Host time from right to left; 0 where a clock is unknown."""
-        if len(self.clocks) < len(Eye):
-            return 0
+        """Host time from the right exposure to the left one."""
         left_ns = self.clocks[Eye.LEFT].to_host_ns(left.device_time_ns)
         return left_ns - self.clocks[Eye.RIGHT].to_host_ns(right.device_time_ns)
 

@@ -27,7 +27,7 @@ from fieldcam.camera.usb3vision.descriptors import (
 )
 from fieldcam.camera.usb3vision.holders import holder_of
 from fieldcam.camera.usb3vision.transport import Bytes, LinkSpeed, TransferTimeout
-from fieldcam.camera.usb3vision.usb_faults import device_error, usb_faults
+from fieldcam.camera.usb3vision.usb_faults import usb_faults
 from fieldcam.errors import CameraBusy
 
 _DIRECTION_IN = 0x80
@@ -192,18 +192,16 @@ class UsbLink:
 
 def _claim(device: usb.core.Device, interfaces: CameraInterfaces) -> None:
     try:
-        _configure(device)
-        for number in interfaces.numbers:
-            # Not every system has kernel drivers to detach.
-            with suppress(NotImplementedError):
-                if device.is_kernel_driver_active(number):
-                    device.detach_kernel_driver(number)
-            usb.util.claim_interface(device, number)
-    except usb.core.USBError as error:
-        cause = device_error(error)
-        if isinstance(cause, CameraBusy):
-            cause = _busy(device, cause)
-        raise cause from error
+        with usb_faults():
+            _configure(device)
+            for number in interfaces.numbers:
+                # Not every system has kernel drivers to detach.
+                with suppress(NotImplementedError):
+                    if device.is_kernel_driver_active(number):
+                        device.detach_kernel_driver(number)
+                usb.util.claim_interface(device, number)
+    except CameraBusy as busy:
+        raise _busy(device, busy) from busy.__cause__
 
 
 def _configure(device: usb.core.Device) -> None:

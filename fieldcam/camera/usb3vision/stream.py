@@ -121,7 +121,7 @@ class ImageStream:
         except TransferTimeout:
             return assembler.abandon("stopped in the middle")
         except TransferFault as fault:
-            spoiled = assembler.abandon(f"was cut off by a fault of the link ({fault.message})")
+            spoiled = assembler.abandon(f"was cut off. {fault.message.rstrip('.')}")
             self._recover(fault)
             return spoiled
         return assembler.received(count, time.monotonic_ns())

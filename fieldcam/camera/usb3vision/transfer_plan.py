@@ -74,8 +74,10 @@ def write_plan(registers: Registers, sirm: Sirm, plan: TransferPlan) -> None:
 
 
 def enable_stream(registers: Registers, sirm_address: int) -> None:
+    """From now on the camera sends its blocks by the plan it was told."""
     write_u32(registers, sirm_address + _CONTROL, 1)
 
 
 def disable_stream(registers: Registers, sirm_address: int) -> None:
+    """The plan may be written while the stream is off."""
     write_u32(registers, sirm_address + _CONTROL, 0)

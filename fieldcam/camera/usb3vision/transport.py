@@ -64,7 +64,9 @@ class BulkOut(Protocol):
         """Send one whole transfer."""
         ...
 
-    def clear_halt(self) -> None: ...
+    def clear_halt(self) -> None:
+        """Let the endpoint go on after a stall."""
+        ...
 
 
 class BulkIn(Protocol):
@@ -82,7 +84,9 @@ class BulkIn(Protocol):
         """Ask the camera to halt the endpoint (SET_FEATURE ENDPOINT_HALT)."""
         ...
 
-    def clear_halt(self) -> None: ...
+    def clear_halt(self) -> None:
+        """Let the endpoint go on after a stall."""
+        ...
 
 
 def round_up(length: int, unit: int) -> int:

@@ -21,6 +21,7 @@ from fieldcam.errors import (
     CameraBusy,
     CameraForbidden,
     CameraUnplugged,
+    CameraUnsupported,
     DeviceError,
     UsbLibraryMissing,
     UsbMemoryShort,
@@ -83,3 +84,5 @@ def usb_faults() -> Iterator[None]:
         ) from error
     except usb.core.USBError as error:
         raise device_error(error) from error
+    except NotImplementedError as error:
+        raise CameraUnsupported("This system's USB library cannot drive the camera.") from error
