@@ -150,6 +150,15 @@ def test_endless_faults_end() -> None:
         setup.stream.receive(1.0)
 
 
+def test_late_frames_are_thrown_away_before_a_trigger() -> None:
+    setup = Setup(*whole(0), whole(1)[0], *whole(2))
+    assert setup.stream.flush() == 3
+    setup.pipe.send(*whole(3))
+    frame = setup.stream.receive(1.0)
+    assert (frame.block_id, frame.lost_before) == (3, 0)
+    assert setup.stream.flush() == 0
+
+
 def test_disarming_throws_the_rest_away_and_stops() -> None:
     setup = Setup(*whole(0), *whole(1))
     setup.stream.receive(1.0)

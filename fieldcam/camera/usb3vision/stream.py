@@ -1,8 +1,9 @@
 """The image stream: arming the camera's stream, reading frames, and getting it going again.
 
 Order, with what the owner does through the camera's features in brackets:
-[features, TLParamsLocked=1] arm [AcquisitionStart] receive ... [AcquisitionStop] disarm
-[TLParamsLocked=0]. One thread at a time reads; nothing is read between two calls.
+[AcquisitionStop, in case a program crashed; features; TLParamsLocked=1] arm
+[AcquisitionStart] receive ... [AcquisitionStop] disarm [TLParamsLocked=0].
+One thread at a time reads; nothing is read between two calls.
 """
 
 from __future__ import annotations
@@ -103,6 +104,21 @@ class ImageStream:
                 return outcome
             if outcome is not None:
                 raise FrameIncomplete(f"The picture {outcome.reason}.", "Take it again.")
+
+    def flush(self) -> int:
+        """Throw away frames that already came, and give how many.
+
+        Before a trigger, so that the late frame of one that was given up is not taken
+        for the answer. Ends after half a second where a camera runs by itself.
+        """
+        deadline_s = time.monotonic() + _LONGEST_DRAIN_S
+        count = 0
+        with suppress(CaptureTimeout):
+            while time.monotonic() < deadline_s:
+                with suppress(FrameIncomplete):
+                    self.receive(_QUIET_S)
+                count += 1
+        return count
 
     def disarm(self) -> None:
         """Stop, and throw away what is still on its way; the camera may be armed again."""
