@@ -258,6 +258,13 @@ def test_a_zipped_description_is_unpacked() -> None:
     assert unpack(ZIPPED, FileFormat.ZIP) == XML
 
 
+def test_a_zipped_description_needs_no_name() -> None:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(zipfile.ZipInfo(""), XML)
+    assert unpack(packed.getvalue(), FileFormat.ZIP) == XML
+
+
 def test_only_the_compression_of_the_standard_is_unpacked() -> None:
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_LZMA) as archive:

@@ -57,12 +57,13 @@ def unpack(content: bytes, file_format: int) -> bytes:
 
 
 def _only_file(archive: zipfile.ZipFile) -> IO[bytes]:
-    names = [info for info in archive.infolist() if not info.is_dir()]
-    if len(names) != 1:
-        raise CameraUnsupported(f"The camera's description is an archive of {len(names)} files.")
-    if names[0].compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+    # Not `is_dir`, which fails on an empty name.
+    files = [info for info in archive.infolist() if not info.filename.endswith("/")]
+    if len(files) != 1:
+        raise CameraUnsupported(f"The camera's description is an archive of {len(files)} files.")
+    if files[0].compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise CameraUnsupported("The camera's description is compressed in an unknown way.")
-    return archive.open(names[0])
+    return archive.open(files[0])
 
 
 def _kept(entry: ManifestEntry, cache: Path) -> bytes | None:
