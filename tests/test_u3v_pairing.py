@@ -184,6 +184,11 @@ def test_a_drift_that_was_seen_is_kept() -> None:
     assert abs(at_ns - 600 * 10**9 * (1 + drift)) < 1_000_000
 
 
+def test_two_latches_in_a_second_tell_nothing_of_the_drift() -> None:
+    samples = [ClockSample(0, 0, 1_000_000), ClockSample(10**9, 10**9 + 900_000, 1_000_000)]
+    assert abs(fit_clock(samples).to_host_ns(600 * 10**9) - 600 * 10**9) < 1_000_000
+
+
 def test_a_long_latch_weighs_little() -> None:
     sure = [ClockSample(10**9 * s, 7 + 10**9 * s, 50_000) for s in range(5)]
     slow = ClockSample(5 * 10**9, 7 + 5 * 10**9 + 40_000_000, 40_000_000)

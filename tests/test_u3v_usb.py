@@ -170,6 +170,7 @@ class FakeBackend(usb.backend.IBackend):
         self.open_handles -= 1
 
     def get_configuration(self, dev_handle: FakeDevice) -> int:
+        self._call(dev_handle, "configuration")
         return dev_handle.configuration
 
     def set_configuration(self, dev_handle: FakeDevice, config_value: int) -> None:
@@ -345,6 +346,13 @@ def test_only_an_unconfigured_device_is_configured() -> None:
     device = FakeDevice(configuration=0)
     linked(device)
     assert device.calls.count("configure 1") == 1
+
+
+def test_a_device_that_does_not_tell_its_configuration_is_not_reset() -> None:
+    device = FakeDevice(failing={"configuration": errno.EIO})
+    with pytest.raises(LinkFault):
+        linked(device)
+    assert "configure 1" not in device.calls
 
 
 @pytest.mark.parametrize(
