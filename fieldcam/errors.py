@@ -70,6 +70,10 @@ class ModelMissing(BadInput):
     """A network's file is missing, or is not the file that the manifest names."""
 
 
+class FeatureFileInvalid(BadInput):
+    """A camera's description of its features (GenICam XML) cannot be used."""
+
+
 class ExtraMissing(BadInput):
     """An optional part of fieldcam is not installed."""
 
@@ -118,6 +122,14 @@ class CaptureTimeout(DeviceError):
 
 class FrameIncomplete(DeviceError):
     """A picture arrived damaged or in part and was dropped; taking it again may help."""
+
+
+class FeatureMissing(DeviceError):
+    """The camera has no such feature, or one of another kind."""
+
+
+class FeatureRefused(DeviceError):
+    """A feature cannot be read, set or run as asked, or not now."""
 
 
 class StorageError(FieldcamError):
