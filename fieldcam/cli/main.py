@@ -13,6 +13,7 @@ from pathlib import Path
 from fieldcam import __version__
 from fieldcam.cli import (
     app,
+    cameras,
     demo,
     doctor,
     importing,
@@ -27,7 +28,7 @@ from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import flush, narrate
 from fieldcam.errors import ExitCode, FieldcamError, OutputLost, Stopped
 
-GROUPS = (sizing, stages, importing, routes, demo, serving, tag_cards, models, doctor)
+GROUPS = (sizing, stages, importing, routes, demo, serving, tag_cards, models, cameras, doctor)
 OF_SIGNALS = 128
 """Shells expect this, and the signal's number more, of a program that a signal ended."""
 

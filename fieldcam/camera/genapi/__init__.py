@@ -1,0 +1,45 @@
+"""GenApi: a camera's features by name, from the feature file (GenICam XML) that it brings.
+
+Neutral to the transport: `NodeMap` needs only something that reads and writes
+registers. Written from the public schema and from what cameras' files hold; where
+they leave a choice, the standard's reference implementation decides, but for the
+precedence of operators (see `formula`).
+"""
+
+from fieldcam.camera.genapi.access import Access, Representation, Visibility
+from fieldcam.camera.genapi.feature import Feature
+from fieldcam.camera.genapi.feature_file import Document, load_feature_file
+from fieldcam.camera.genapi.features import (
+    BooleanFeature,
+    CategoryFeature,
+    CommandFeature,
+    EnumEntry,
+    EnumerationFeature,
+    FloatFeature,
+    IntegerFeature,
+    RegisterFeature,
+    StringFeature,
+)
+from fieldcam.camera.genapi.node_map import NodeMap
+from fieldcam.camera.genapi.registers import NoCamera, Registers
+
+__all__ = [
+    "Access",
+    "BooleanFeature",
+    "CategoryFeature",
+    "CommandFeature",
+    "Document",
+    "EnumEntry",
+    "EnumerationFeature",
+    "Feature",
+    "FloatFeature",
+    "IntegerFeature",
+    "NoCamera",
+    "NodeMap",
+    "RegisterFeature",
+    "Registers",
+    "Representation",
+    "StringFeature",
+    "Visibility",
+    "load_feature_file",
+]

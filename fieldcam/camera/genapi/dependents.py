@@ -1,0 +1,71 @@
+"""Which nodes are out of date once another one has been written."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+
+from fieldcam.camera.genapi.elements import Element
+
+STRUCTURE = frozenset({"pFeature", "pPort", "pAlias", "pCastAlias", "pError", "pTerminal"})
+"""References through which no value passes."""
+AFFECTS_CARRIERS = frozenset({"pInvalidator", "pSelected"})
+"""Through these, what is below a node goes out of date too: the register that it reads."""
+CARRIES = frozenset({"pValue", "pValueIndexed", "pValueDefault"})
+
+
+class Dependents:
+    """Follows a feature file's references upwards, from what is read to what is made of it."""
+
+    def __init__(self, nodes: Mapping[str, Element]) -> None:
+        self._nodes = nodes
+        self._found: dict[str, frozenset[str]] = {}
+
+    def of(self, name: str) -> frozenset[str]:
+        """All nodes that a change of this one reaches."""
+        if name not in self._found:
+            self._found[name] = self._reach(name)
+        return self._found[name]
+
+    def carriers(self, name: str) -> frozenset[str]:
+        """The node itself and all that its value is handed on from."""
+        found, rest = {name}, [name]
+        while rest:
+            element = self._nodes.get(rest.pop())
+            children = element.children if element is not None else ()
+            below = {child.text for child in children if child.tag in CARRIES} - found
+            found |= below
+            rest += below
+        return frozenset(found)
+
+    def _reach(self, name: str) -> frozenset[str]:
+        reached: set[str] = set()
+        rest = [name]
+        while rest:
+            above = self._affected[rest.pop()] - reached
+            reached |= above
+            rest += above
+        return frozenset(reached)
+
+    @cached_property
+    def _affected(self) -> defaultdict[str, set[str]]:
+        affected: defaultdict[str, set[str]] = defaultdict(set)
+        for name, element in self._nodes.items():
+            for reference in _references(element):
+                cause, effect = reference.text, name
+                if reference.tag == "pSelected":
+                    cause, effect = effect, cause
+                if reference.tag in AFFECTS_CARRIERS:
+                    affected[cause] |= self.carriers(effect)
+                else:
+                    affected[cause].add(effect)
+        return affected
+
+
+def _references(element: Element) -> Iterator[Element]:
+    """Of a node, and of what is written inside it."""
+    for child in element.children:
+        if child.tag[:1] == "p" and child.tag not in STRUCTURE:
+            yield child
+        yield from _references(child)

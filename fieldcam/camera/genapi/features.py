@@ -1,0 +1,422 @@
+"""What a program sees of a camera: its features, by kind.
+
+The classes here check and explain; how a value is come by is left to the node
+types below them. A value is read from the camera whenever it is asked for, unless
+the feature file allows to remember it.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+
+from fieldcam.camera.genapi.access import Representation
+from fieldcam.camera.genapi.arithmetic import Number, nearest_int
+from fieldcam.camera.genapi.elements import Element
+from fieldcam.camera.genapi.feature import Feature, Numeric, one_of
+from fieldcam.errors import FeatureRefused
+
+MOST_LISTED = 20
+"""Allowed values that a message names."""
+
+
+class IntegerFeature(Numeric):
+    """A whole number of 64 bits."""
+
+    @property
+    def value(self) -> int:
+        with self._visit("value"):
+            self._require_readable()
+            return self._read()
+
+    @value.setter
+    def value(self, value: int) -> None:
+        with self._visit("setting"):
+            self._require_writable()
+            self._check(value)
+            self._write(value)
+
+    @property
+    def min(self) -> int:
+        with self._visit("min"):
+            return self._bounds()[0]
+
+    @property
+    def max(self) -> int:
+        with self._visit("max"):
+            return self._bounds()[1]
+
+    @property
+    def increment(self) -> int:
+        """Allowed values are `min` and whole numbers of these above it."""
+        with self._visit("increment"):
+            return self._increment()
+
+    @property
+    def valid_values(self) -> tuple[int, ...]:
+        """The only values allowed; empty where range and increment say all."""
+        return ()
+
+    @property
+    def unit(self) -> str:
+        return self._element.words("Unit")
+
+    @property
+    def representation(self) -> Representation:
+        return _representation(self._element)
+
+    def number(self) -> int:
+        return self.value
+
+    def assign(self, value: Number) -> None:
+        self.value = self._whole(value)
+
+    def bounds(self) -> tuple[int, int]:
+        return self.min, self.max
+
+    def step(self) -> int:
+        return self.increment
+
+    @abstractmethod
+    def _read(self) -> int: ...
+
+    @abstractmethod
+    def _write(self, value: int) -> None: ...
+
+    @abstractmethod
+    def _bounds(self) -> tuple[int, int]: ...
+
+    def _increment(self) -> int:
+        return 1
+
+    def _whole(self, value: Number) -> int:
+        try:
+            return nearest_int(value)
+        except ArithmeticError as error:
+            raise self._refuse(value, "whole numbers of 64 bits") from error
+
+    def _check(self, value: int) -> None:
+        if not isinstance(value, int) or isinstance(value, bool):
+            raise self._refuse(value, "whole numbers")
+        if self.valid_values and value not in self.valid_values:
+            raise self._refuse(value, _listed(self.valid_values))
+        lowest, highest, increment = self.min, self.max, self.increment
+        off_step = increment > 1 and (value - lowest) % increment
+        if not lowest <= value <= highest or off_step:
+            steps = f" in steps of {increment}" if increment > 1 else ""
+            raise self._refuse(value, f"{lowest} to {highest}{steps}{_spaced(self.unit)}")
+
+
+class FloatFeature(Numeric):
+    """A finite number."""
+
+    @property
+    def value(self) -> float:
+        with self._visit("value"):
+            self._require_readable()
+            return self._read()
+
+    @value.setter
+    def value(self, value: float) -> None:
+        with self._visit("setting"):
+            self._require_writable()
+            self._check(value)
+            self._write(float(value))
+
+    @property
+    def min(self) -> float:
+        with self._visit("min"):
+            return self._bounds()[0]
+
+    @property
+    def max(self) -> float:
+        with self._visit("max"):
+            return self._bounds()[1]
+
+    @property
+    def increment(self) -> float | None:
+        """What the camera rounds to, where it says so; in-between values are not refused."""
+        with self._visit("increment"):
+            return self._increment()
+
+    @property
+    def unit(self) -> str:
+        return self._element.words("Unit")
+
+    @property
+    def representation(self) -> Representation:
+        return _representation(self._element)
+
+    def number(self) -> float:
+        return self.value
+
+    def assign(self, value: Number) -> None:
+        self.value = float(value)
+
+    def bounds(self) -> tuple[float, float]:
+        return self.min, self.max
+
+    def step(self) -> float | None:
+        return self.increment
+
+    @abstractmethod
+    def _read(self) -> float: ...
+
+    @abstractmethod
+    def _write(self, value: float) -> None: ...
+
+    @abstractmethod
+    def _bounds(self) -> tuple[float, float]: ...
+
+    def _increment(self) -> float | None:
+        return None
+
+    def _check(self, value: float) -> None:
+        if not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise self._refuse(value, "finite numbers")
+        lowest, highest = self.min, self.max
+        if not lowest <= value <= highest:
+            raise self._refuse(value, f"{lowest:g} to {highest:g}{_spaced(self.unit)}")
+
+
+class BooleanFeature(Numeric):
+    """On or off."""
+
+    @property
+    def value(self) -> bool:
+        with self._visit("value"):
+            self._require_readable()
+            return self._read()
+
+    @value.setter
+    def value(self, value: bool) -> None:
+        with self._visit("setting"):
+            self._require_writable()
+            if not isinstance(value, bool):
+                raise self._refuse(value, "True and False")
+            self._write(value)
+
+    def number(self) -> int:
+        return int(self.value)
+
+    def assign(self, value: Number) -> None:
+        self.value = bool(value)
+
+    def bounds(self) -> tuple[int, int]:
+        return 0, 1
+
+    @abstractmethod
+    def _read(self) -> bool: ...
+
+    @abstractmethod
+    def _write(self, value: bool) -> None: ...
+
+
+class EnumEntry(Feature, ABC):
+    """One choice of an enumeration."""
+
+    @property
+    def symbol(self) -> str:
+        """What `EnumerationFeature.value` is when this one is chosen."""
+        return self._element.words("Symbolic", self._element.name)
+
+    @property
+    def self_clearing(self) -> bool:
+        """Whether the camera leaves this choice again by itself."""
+        return self._element.words("IsSelfClearing") == "Yes"
+
+    @property
+    @abstractmethod
+    def code(self) -> int:
+        """The number that the camera knows it by."""
+
+    @property
+    @abstractmethod
+    def numeric(self) -> Number:
+        """What it stands for in a formula."""
+
+
+class EnumerationFeature(Numeric):
+    """A choice among named entries."""
+
+    @property
+    @abstractmethod
+    def entries(self) -> tuple[EnumEntry, ...]:
+        """All that the feature file declares, whether available or not."""
+
+    @property
+    def value(self) -> str:
+        """The symbol of the entry that is chosen."""
+        return self.chosen.symbol
+
+    @value.setter
+    def value(self, value: str) -> None:
+        with self._visit("setting"):
+            self._require_writable()
+            self._write(self._choose(value))
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """What can be chosen now."""
+        return tuple(entry.symbol for entry in self.entries if entry.available)
+
+    @property
+    def chosen(self) -> EnumEntry:
+        with self._visit("value"):
+            self._require_readable()
+            code = self._read()
+        for entry in self.entries:
+            if entry.code == code:
+                return entry
+        raise FeatureRefused(f"{self.name} holds {code}, which is none of its entries.")
+
+    def number(self) -> Number:
+        return self.chosen.numeric
+
+    def assign(self, value: Number) -> None:
+        """By the entry's number."""
+        for entry in self.entries:
+            if entry.code == value:
+                self.value = entry.symbol
+                return
+        raise self._refuse(value, _listed(tuple(entry.code for entry in self.entries)))
+
+    def bounds(self) -> tuple[int, int]:
+        codes = [entry.code for entry in self.entries] or [0]
+        return min(codes), max(codes)
+
+    @abstractmethod
+    def _read(self) -> int: ...
+
+    @abstractmethod
+    def _write(self, entry: EnumEntry) -> None: ...
+
+    def _choose(self, symbol: str) -> EnumEntry:
+        for entry in self.entries:
+            if entry.symbol == symbol and entry.available:
+                return entry
+        raise self._refuse(symbol, _listed(self.symbols))
+
+
+class CommandFeature(Feature, ABC):
+    """Something that the camera does when told to."""
+
+    @abstractmethod
+    def execute(self) -> None:
+        """Tell the camera; returns before it is done."""
+
+    @property
+    @abstractmethod
+    def done(self) -> bool:
+        """Whether the camera has finished; asks it anew each time."""
+
+    @property
+    @abstractmethod
+    def polling_s(self) -> float:
+        """How long to wait between two looks at `done`."""
+
+    def run(self, deadline_s: float) -> None:
+        """Execute, and wait until it is done.
+
+        Raises FeatureRefused when it is not within `deadline_s`.
+        """
+        ends_at = time.monotonic() + deadline_s
+        self.execute()
+        while not self.done:
+            if time.monotonic() >= ends_at:
+                raise FeatureRefused(f"{self.name} was not done within {deadline_s:g} s.")
+            time.sleep(self.polling_s)
+
+
+class StringFeature(Feature, ABC):
+    """Text."""
+
+    @property
+    def value(self) -> str:
+        with self._visit("value"):
+            self._require_readable()
+            return self._read()
+
+    @value.setter
+    def value(self, value: str) -> None:
+        with self._visit("setting"):
+            self._require_writable()
+            self._write(value)
+
+    @abstractmethod
+    def _read(self) -> str: ...
+
+    @abstractmethod
+    def _write(self, value: str) -> None: ...
+
+
+class RegisterFeature(Feature, ABC):
+    """Raw bytes in the camera."""
+
+    @property
+    @abstractmethod
+    def length(self) -> int:
+        """Bytes."""
+
+    @property
+    @abstractmethod
+    def address(self) -> int: ...
+
+    @property
+    def value(self) -> bytes:
+        with self._visit("value"):
+            self._require_readable()
+            return self._read()
+
+    @value.setter
+    def value(self, value: bytes) -> None:
+        with self._visit("setting"):
+            self._require_writable()
+            if len(value) != self.length:
+                raise self._refuse(value, f"{self.length} bytes")
+            self._write(value)
+
+    @abstractmethod
+    def _read(self) -> bytes: ...
+
+    @abstractmethod
+    def _write(self, value: bytes) -> None: ...
+
+
+class CategoryFeature(Feature, ABC):
+    """A group of features, some of which may be groups."""
+
+    @property
+    @abstractmethod
+    def features(self) -> tuple[Feature, ...]: ...
+
+    def walk(self) -> Iterator[tuple[int, Feature]]:
+        """Everything below it with its depth, from 0 on, in the file's order.
+
+        A category that is met again is not opened again.
+        """
+        opened = {self.name}
+        rest = [(0, feature) for feature in reversed(self.features)]
+        while rest:
+            depth, feature = rest.pop()
+            yield depth, feature
+            if isinstance(feature, CategoryFeature) and feature.name not in opened:
+                opened.add(feature.name)
+                rest += [(depth + 1, below) for below in reversed(feature.features)]
+
+
+def _representation(element: Element) -> Representation:
+    return one_of(Representation, element.words("Representation"), Representation.PURE_NUMBER)
+
+
+def _listed(values: Sequence[object]) -> str:
+    if not values:
+        return "nothing now"
+    more = f" and {len(values) - MOST_LISTED} more" if len(values) > MOST_LISTED else ""
+    return ", ".join(str(value) for value in values[:MOST_LISTED]) + more
+
+
+def _spaced(unit: str) -> str:
+    return f" {unit}" if unit else ""

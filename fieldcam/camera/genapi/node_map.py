@@ -1,0 +1,211 @@
+"""A camera's features by name, bound to its registers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+
+from fieldcam.camera.genapi import choices, floats, integers, texts
+from fieldcam.camera.genapi.dependents import Dependents
+from fieldcam.camera.genapi.elements import Element
+from fieldcam.camera.genapi.feature import Feature, Numeric, Scope
+from fieldcam.camera.genapi.feature_file import Document
+from fieldcam.camera.genapi.features import (
+    BooleanFeature,
+    CategoryFeature,
+    CommandFeature,
+    EnumerationFeature,
+    FloatFeature,
+    IntegerFeature,
+    RegisterFeature,
+    StringFeature,
+)
+from fieldcam.camera.genapi.registers import ChunkRegisters, RegisterCache, Registers
+from fieldcam.camera.genapi.visits import Visits
+from fieldcam.errors import FeatureFileInvalid, FeatureMissing
+
+ROOT = "Root"
+
+NODE_TYPES: Mapping[str, Callable[[Element, Scope, str], Feature]] = {
+    "Boolean": choices.Boolean,
+    "Category": texts.Category,
+    "Command": choices.Command,
+    "Converter": floats.Converter,
+    "Enumeration": choices.Enumeration,
+    "Float": floats.Float,
+    "FloatReg": floats.FloatReg,
+    "IntConverter": integers.IntConverter,
+    "IntReg": integers.IntReg,
+    "IntSwissKnife": integers.IntSwissKnife,
+    "Integer": integers.Integer,
+    "MaskedIntReg": integers.MaskedIntReg,
+    "Register": texts.Register,
+    "String": texts.String,
+    "StringReg": texts.StringReg,
+    "SwissKnife": floats.SwissKnife,
+}
+"""By the tag in the feature file; Port, ConfRom and the like are no features."""
+
+
+class NodeMap:
+    """The features that a feature file declares, on one camera.
+
+    Nodes are made when they are first asked for. One thread uses it at a time.
+    """
+
+    def __init__(self, document: Document, registers: Registers) -> None:
+        self.document = document
+        self.cache = RegisterCache()
+        self._registers = registers
+        self._chunks: dict[str, Registers] = {}
+        self._nodes: dict[str, Feature] = {}
+        self._inner: dict[int, Numeric] = {}
+        self._dependents = Dependents(document.nodes)
+        self.visits = Visits()
+
+    def __contains__(self, name: object) -> bool:
+        element = self.document.nodes.get(name) if isinstance(name, str) else None
+        return element is not None and element.tag in NODE_TYPES
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of all features, in the file's order."""
+        return (name for name in self.document.nodes if name in self)
+
+    def __getitem__(self, name: str) -> Feature:
+        """Raises FeatureMissing."""
+        if name not in self:
+            raise FeatureMissing(f"The camera has no feature {name}.")
+        if name not in self._nodes:
+            element = self.document.nodes[name]
+            self._nodes[name] = NODE_TYPES[element.tag](element, self, name)
+        return self._nodes[name]
+
+    @property
+    def root(self) -> CategoryFeature:
+        """The category that everything meant to be seen is below."""
+        return self.category(ROOT)
+
+    def integer(self, name: str) -> IntegerFeature:
+        """This feature; raises FeatureMissing where there is none, or one of another kind."""
+        feature = self[name]
+        if not isinstance(feature, IntegerFeature):
+            raise self._other_kind(name, "integer")
+        return feature
+
+    def floating(self, name: str) -> FloatFeature:
+        feature = self[name]
+        if not isinstance(feature, FloatFeature):
+            raise self._other_kind(name, "float")
+        return feature
+
+    def boolean(self, name: str) -> BooleanFeature:
+        feature = self[name]
+        if not isinstance(feature, BooleanFeature):
+            raise self._other_kind(name, "boolean")
+        return feature
+
+    def enumeration(self, name: str) -> EnumerationFeature:
+        feature = self[name]
+        if not isinstance(feature, EnumerationFeature):
+            raise self._other_kind(name, "enumeration")
+        return feature
+
+    def command(self, name: str) -> CommandFeature:
+        feature = self[name]
+        if not isinstance(feature, CommandFeature):
+            raise self._other_kind(name, "command")
+        return feature
+
+    def string(self, name: str) -> StringFeature:
+        feature = self[name]
+        if not isinstance(feature, StringFeature):
+            raise self._other_kind(name, "string")
+        return feature
+
+    def register(self, name: str) -> RegisterFeature:
+        feature = self[name]
+        if not isinstance(feature, RegisterFeature):
+            raise self._other_kind(name, "register")
+        return feature
+
+    def category(self, name: str) -> CategoryFeature:
+        feature = self[name]
+        if not isinstance(feature, CategoryFeature):
+            raise self._other_kind(name, "category")
+        return feature
+
+    def load_chunks(self, chunks: Mapping[int, bytes]) -> None:
+        """Let the features of chunks be read from what came with one image, by chunk id.
+
+        Those of other chunks are not available until an image brings them.
+        """
+        self._chunks = {}
+        for port, chunk_id in self._chunk_ports.items():
+            self.cache.forget_port(port)
+            if chunk_id in chunks:
+                self._chunks[port] = ChunkRegisters(chunks[chunk_id])
+
+    def node(self, name: str, wanted_by: str) -> Feature:
+        if name not in self:
+            raise FeatureFileInvalid(
+                f"In the camera's feature file {wanted_by} needs {name}, which is not there."
+            )
+        return self[name]
+
+    def numeric(self, name: str, wanted_by: str) -> Numeric:
+        node = self.node(name, wanted_by)
+        if not isinstance(node, Numeric):
+            raise FeatureFileInvalid(
+                f"In the camera's feature file {wanted_by} takes a number from {name}, "
+                "which has none."
+            )
+        return node
+
+    def anonymous(self, element: Element, owner: str) -> Numeric:
+        if id(element) not in self._inner:
+            name = element.name or f"{owner}'s formula"
+            self._inner[id(element)] = integers.IntSwissKnife(element, self, name)
+        return self._inner[id(element)]
+
+    def registers(self, port: str) -> Registers | None:
+        if port in self._foreign_ports:
+            return self._chunks.get(port)
+        return self._registers
+
+    def changed(self, name: str) -> None:
+        self.visits.forget()
+        self.cache.forget_nodes(self._dependents.of(name))
+
+    def refresh(self, name: str) -> None:
+        self.cache.forget_nodes(self._dependents.carriers(name))
+
+    def _other_kind(self, name: str, wanted: str) -> FeatureMissing:
+        tag = self.document.nodes[name].tag
+        return FeatureMissing(f"The camera's feature {name} is no {wanted}, but {tag}.")
+
+    @cached_property
+    def _foreign_ports(self) -> Mapping[str, Element]:
+        """Ports that are not the camera's own registers: chunks and events."""
+        return {
+            name: element
+            for name, element in self.document.nodes.items()
+            if element.tag == "Port" and element.first("ChunkID", "pChunkID", "EventID")
+        }
+
+    @cached_property
+    def _chunk_ports(self) -> Mapping[str, int]:
+        """Ports of chunks with their ids, which the file writes in hexadecimal."""
+        return {
+            name: _hexadecimal(child)
+            for name, element in self._foreign_ports.items()
+            if (child := element.first("ChunkID")) is not None
+        }
+
+
+def _hexadecimal(element: Element) -> int:
+    try:
+        return int(element.text[:20], 16)
+    except ValueError as error:
+        raise FeatureFileInvalid(
+            f"The camera's feature file has {element.text[:20]!r} under {element.tag}."
+        ) from error

@@ -1,0 +1,102 @@
+"""Where a node's number comes from: the file itself, another node, or an indexed choice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from fieldcam.camera.genapi.arithmetic import Number
+from fieldcam.camera.genapi.elements import Element, number
+from fieldcam.camera.genapi.feature import Numeric, Scope
+from fieldcam.errors import FeatureFileInvalid
+
+
+class Source(Protocol):
+    """Something that holds a number."""
+
+    def number(self) -> Number: ...
+
+    def assign(self, value: Number) -> None: ...
+
+
+class Constant:
+    """A number written in the file; setting it changes it for this node map only."""
+
+    def __init__(self, value: Number, owner: str, scope: Scope) -> None:
+        self._value = value
+        self._owner = owner
+        self._scope = scope
+
+    def number(self) -> Number:
+        return self._value
+
+    def assign(self, value: Number) -> None:
+        self._value = value
+        self._scope.changed(self._owner)
+
+
+class ValueSource:
+    """The number behind a node with Value, pValue, or pIndex and indexed values."""
+
+    def __init__(self, element: Element, scope: Scope, owner: str) -> None:
+        self._element = element
+        self._scope = scope
+        self._owner = owner
+        self._constants = {
+            id(child): Constant(number(child), owner, scope)
+            for child in element.all("Value", "ValueIndexed", "ValueDefault")
+        }
+
+    def number(self) -> Number:
+        return self._source().number()
+
+    def assign(self, value: Number) -> None:
+        self._source().assign(value)
+        for copy in self._element.all("pValueCopy"):
+            self._scope.numeric(copy.text, self._owner).assign(value)
+
+    def carriers(self) -> Sequence[Numeric]:
+        """The node that the value is handed on from; none for a constant."""
+        source = self._source()
+        return (source,) if isinstance(source, Numeric) else ()
+
+    def step(self) -> Number | None:
+        return next((carrier.step() for carrier in self.carriers()), None)
+
+    def bounds(self, lowest: Number, highest: Number) -> tuple[Number, Number]:
+        """Of the node: what the file says, else the carrier's, else these."""
+        for carrier in self.carriers():
+            lowest, highest = carrier.bounds()
+        return self._limit("Min", lowest), self._limit("Max", highest)
+
+    def _limit(self, tag: str, otherwise: Number) -> Number:
+        found = number_of(self._element, tag, self._scope, self._owner)
+        return otherwise if found is None else found
+
+    def _source(self) -> Source:
+        index = self._element.first("pIndex")
+        if index is not None:
+            return self._held_by(self._indexed(self._scope.numeric(index.text, self._owner)))
+        return self._held_by(self._element.first("pValue", "Value"))
+
+    def _indexed(self, index: Numeric) -> Element | None:
+        wanted = index.number()
+        for child in self._element.all("ValueIndexed", "pValueIndexed"):
+            if number(Element("Index", {}, text=child.attributes.get("Index", ""))) == wanted:
+                return child
+        return self._element.first("ValueDefault", "pValueDefault")
+
+    def _held_by(self, child: Element | None) -> Source:
+        if child is None:
+            raise FeatureFileInvalid(f"The camera's feature file gives {self._owner} no value.")
+        constant = self._constants.get(id(child))
+        return self._scope.numeric(child.text, self._owner) if constant is None else constant
+
+
+def number_of(element: Element, tag: str, scope: Scope, owner: str) -> Number | None:
+    """The number under `tag`, or of the node that p`tag` names; None without either."""
+    node = element.first(f"p{tag}")
+    if node is not None:
+        return scope.numeric(node.text, owner).number()
+    child = element.first(tag)
+    return None if child is None else number(child)
