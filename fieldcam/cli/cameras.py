@@ -81,19 +81,27 @@ def _tell(features: NodeMap, listed: int) -> None:
 
 
 def _entry(depth: int, feature: Feature) -> dict[str, Any]:
-    """One feature as JSON; null where only the camera can tell."""
-    return {
+    """One feature as JSON; null where only the camera can tell.
+
+    What is wrong with one feature is told in its place, so that the others are seen.
+    """
+    entry = {
         "name": feature.name,
         "depth": depth,
         "type": _kind(feature),
         "display_name": feature.display_name,
         "description": feature.description,
         "visibility": feature.visibility,
-        "access": feature.declared_access,
-        "conditional": feature.conditional,
         "selects": list(feature.selected),
-        **_values(feature),
     }
+    try:
+        return entry | _access(feature) | _values(feature)
+    except FeatureFileInvalid as error:
+        return entry | {"access": None, "conditional": False, "problem": error.message}
+
+
+def _access(feature: Feature) -> dict[str, Any]:
+    return {"access": feature.declared_access, "conditional": feature.conditional}
 
 
 def _kind(feature: Feature) -> str:
@@ -145,10 +153,11 @@ def _known(ask: Callable[[], Found]) -> Found | None:
 
 
 def _row(entry: dict[str, Any]) -> list[str]:
+    conditional = "?" if entry["conditional"] else ""
     return [
         INDENT * entry["depth"] + entry["name"],
         entry["type"],
-        "" if entry["type"] == "category" else entry["access"] + "?" * entry["conditional"],
+        "" if entry["type"] == "category" else f"{entry['access'] or '-'}{conditional}",
         entry["visibility"].lower(),
         entry.get("unit", ""),
         " ".join(_words(entry)),
@@ -156,6 +165,8 @@ def _row(entry: dict[str, Any]) -> list[str]:
 
 
 def _words(entry: dict[str, Any]) -> Iterator[str]:
+    if "problem" in entry:
+        yield entry["problem"]
     if "entries" in entry:
         yield ", ".join(choice["name"] for choice in entry["entries"])
     if entry.get("value") is not None:

@@ -31,6 +31,9 @@ class Boolean(BooleanFeature):
     def _carriers(self) -> Sequence[Feature]:
         return self._source.carriers()
 
+    def _declared_carriers(self) -> Sequence[Feature]:
+        return self._source.declared_carriers()
+
     def _read(self) -> bool:
         found = self._source.number()
         if found not in (self._code(True), self._code(False)):
@@ -100,6 +103,9 @@ class Enumeration(EnumerationFeature):
     def _carriers(self) -> Sequence[Feature]:
         return self._source.carriers()
 
+    def _declared_carriers(self) -> Sequence[Feature]:
+        return self._source.declared_carriers()
+
     def _read(self) -> int:
         return nearest_int(self._source.number())
 
@@ -122,8 +128,8 @@ class Command(CommandFeature):
         self._source = ValueSource(element, scope, self.name)
 
     def execute(self) -> None:
+        self._require_writable()
         with self._visit("setting"):
-            self._require_writable()
             self._source.assign(self._code())
 
     @property
@@ -141,6 +147,9 @@ class Command(CommandFeature):
 
     def _carriers(self) -> Sequence[Feature]:
         return self._source.carriers()
+
+    def _declared_carriers(self) -> Sequence[Feature]:
+        return self._source.declared_carriers()
 
     def _code(self) -> Number:
         found = number_of(self._element, "CommandValue", self._scope, self.name)

@@ -88,7 +88,7 @@ class Feature:
         """What the feature file allows, whatever the camera's state; asks the camera nothing."""
         with self._visit("declared access"):
             access = self._own_access().within(self._imposed_access())
-            for carrier in self._carriers():
+            for carrier in self._declared_carriers():
                 access = access.within(carrier.declared_access)
             return access
 
@@ -102,7 +102,7 @@ class Feature:
         """Whether its access depends on the camera's state."""
         with self._visit("conditional"):
             own = self._element.first("pIsImplemented", "pIsAvailable", "pIsLocked")
-            return own is not None or any(carrier.conditional for carrier in self._carriers())
+            return own is not None or any(c.conditional for c in self._declared_carriers())
 
     @property
     def available(self) -> bool:
@@ -148,6 +148,10 @@ class Feature:
     def _carriers(self) -> Sequence[Feature]:
         """Nodes that this one hands reading and writing on to."""
         return ()
+
+    def _declared_carriers(self) -> Sequence[Feature]:
+        """Those that are known without asking the camera."""
+        return self._carriers()
 
     def _feeders(self) -> Sequence[Feature]:
         """Nodes that must be readable to find or work out this one's value."""

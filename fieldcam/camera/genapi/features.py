@@ -27,14 +27,14 @@ class IntegerFeature(Numeric):
 
     @property
     def value(self) -> int:
+        self._require_readable()
         with self._visit("value"):
-            self._require_readable()
             return self._read()
 
     @value.setter
     def value(self, value: int) -> None:
+        self._require_writable()
         with self._visit("setting"):
-            self._require_writable()
             self._check(value)
             self._write(value)
 
@@ -114,14 +114,14 @@ class FloatFeature(Numeric):
 
     @property
     def value(self) -> float:
+        self._require_readable()
         with self._visit("value"):
-            self._require_readable()
             return self._read()
 
     @value.setter
     def value(self, value: float) -> None:
+        self._require_writable()
         with self._visit("setting"):
-            self._require_writable()
             self._check(value)
             self._write(float(value))
 
@@ -186,14 +186,14 @@ class BooleanFeature(Numeric):
 
     @property
     def value(self) -> bool:
+        self._require_readable()
         with self._visit("value"):
-            self._require_readable()
             return self._read()
 
     @value.setter
     def value(self, value: bool) -> None:
+        self._require_writable()
         with self._visit("setting"):
-            self._require_writable()
             if not isinstance(value, bool):
                 raise self._refuse(value, "True and False")
             self._write(value)
@@ -253,8 +253,8 @@ class EnumerationFeature(Numeric):
 
     @value.setter
     def value(self, value: str) -> None:
+        self._require_writable()
         with self._visit("setting"):
-            self._require_writable()
             self._write(self._choose(value))
 
     @property
@@ -264,8 +264,8 @@ class EnumerationFeature(Numeric):
 
     @property
     def chosen(self) -> EnumEntry:
+        self._require_readable()
         with self._visit("value"):
-            self._require_readable()
             code = self._read()
         for entry in self.entries:
             if entry.code == code:
@@ -335,14 +335,14 @@ class StringFeature(Feature, ABC):
 
     @property
     def value(self) -> str:
+        self._require_readable()
         with self._visit("value"):
-            self._require_readable()
             return self._read()
 
     @value.setter
     def value(self, value: str) -> None:
+        self._require_writable()
         with self._visit("setting"):
-            self._require_writable()
             self._write(value)
 
     @abstractmethod
@@ -366,14 +366,14 @@ class RegisterFeature(Feature, ABC):
 
     @property
     def value(self) -> bytes:
+        self._require_readable()
         with self._visit("value"):
-            self._require_readable()
             return self._read()
 
     @value.setter
     def value(self, value: bytes) -> None:
+        self._require_writable()
         with self._visit("setting"):
-            self._require_writable()
             if len(value) != self.length:
                 raise self._refuse(value, f"{self.length} bytes")
             self._write(value)

@@ -31,6 +31,9 @@ class Float(FloatFeature):
     def _carriers(self) -> Sequence[Feature]:
         return self._source.carriers()
 
+    def _declared_carriers(self) -> Sequence[Feature]:
+        return self._source.declared_carriers()
+
     def _read(self) -> float:
         return float(self._source.number())
 

@@ -41,6 +41,9 @@ class Integer(IntegerFeature):
     def _carriers(self) -> Sequence[Feature]:
         return self._source.carriers()
 
+    def _declared_carriers(self) -> Sequence[Feature]:
+        return self._source.declared_carriers()
+
     def _read(self) -> int:
         return self._whole(self._source.number())
 

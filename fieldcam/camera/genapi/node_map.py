@@ -83,6 +83,8 @@ class NodeMap:
     @property
     def root(self) -> CategoryFeature:
         """The category that everything meant to be seen is below."""
+        if ROOT not in self:
+            raise FeatureFileInvalid(f"The camera's feature file has no category {ROOT}.")
         return self.category(ROOT)
 
     def integer(self, name: str) -> IntegerFeature:

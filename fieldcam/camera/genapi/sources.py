@@ -60,6 +60,11 @@ class ValueSource:
         source = self._source()
         return (source,) if isinstance(source, Numeric) else ()
 
+    def declared_carriers(self) -> Sequence[Numeric]:
+        """The same without asking the camera: none where an index decides."""
+        child = None if self._element.first("pIndex") else self._element.first("pValue")
+        return () if child is None else (self._scope.numeric(child.text, self._owner),)
+
     def step(self) -> Number | None:
         return next((carrier.step() for carrier in self.carriers()), None)
 
