@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 # How long an example takes says more about the machine than about the code.
 settings.register_profile("checks", deadline=None, max_examples=150)
 settings.register_profile(
-    "fuzz", deadline=None, max_examples=5000, suppress_health_check=list(HealthCheck)
+    "fuzz",
+    deadline=None,
+    max_examples=int(os.environ.get("FUZZ_EXAMPLES", "5000")),
+    suppress_health_check=list(HealthCheck),
 )
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "checks"))
 

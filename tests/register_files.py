@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 from fieldcam.camera.genapi import NodeMap, load_feature_file
 
@@ -37,9 +36,10 @@ def node_map(*nodes: str, registers: MemoryRegisters | None = None) -> NodeMap:
     return NodeMap(load_feature_file(feature_file(*nodes)), registers or MemoryRegisters())
 
 
-def register(name: str, address: int, *extra: str, **settings: Any) -> str:
+def register(
+    name: str, address: int, *extra: str, tag: str = "IntReg", **settings: str | int | None
+) -> str:
     """A register node; settings such as Length replace what is usual."""
-    tag = settings.pop("tag", "IntReg")
     usual = {
         "Address": address,
         "Length": 4,

@@ -7,6 +7,7 @@ type, the door to entity expansion, is refused.
 
 from __future__ import annotations
 
+import codecs
 import io
 import re
 import struct
@@ -101,6 +102,8 @@ def _only_member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
 
 
 def _xml_of(data: bytes) -> bytes:
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data
     stripped = data.strip(_PADDING)
     line = _CAMERA_LINE.match(stripped)
     return stripped[line.end() :] if line else stripped

@@ -41,12 +41,12 @@ class IntegerFeature(Numeric):
     @property
     def min(self) -> int:
         with self._visit("min"):
-            return self._bounds()[0]
+            return self._lowest()
 
     @property
     def max(self) -> int:
         with self._visit("max"):
-            return self._bounds()[1]
+            return self._highest()
 
     @property
     def increment(self) -> int:
@@ -88,6 +88,12 @@ class IntegerFeature(Numeric):
     @abstractmethod
     def _bounds(self) -> tuple[int, int]: ...
 
+    def _lowest(self) -> int:
+        return self._bounds()[0]
+
+    def _highest(self) -> int:
+        return self._bounds()[1]
+
     def _increment(self) -> int:
         return 1
 
@@ -128,12 +134,12 @@ class FloatFeature(Numeric):
     @property
     def min(self) -> float:
         with self._visit("min"):
-            return self._bounds()[0]
+            return self._lowest()
 
     @property
     def max(self) -> float:
         with self._visit("max"):
-            return self._bounds()[1]
+            return self._highest()
 
     @property
     def increment(self) -> float | None:
@@ -169,6 +175,12 @@ class FloatFeature(Numeric):
 
     @abstractmethod
     def _bounds(self) -> tuple[float, float]: ...
+
+    def _lowest(self) -> float:
+        return self._bounds()[0]
+
+    def _highest(self) -> float:
+        return self._bounds()[1]
 
     def _increment(self) -> float | None:
         return None

@@ -40,9 +40,14 @@ class Float(FloatFeature):
     def _write(self, value: float) -> None:
         self._source.assign(value)
 
+    def _lowest(self) -> float:
+        return float(self._source.lowest(-LARGEST_FLOAT))
+
+    def _highest(self) -> float:
+        return float(self._source.highest(LARGEST_FLOAT))
+
     def _bounds(self) -> tuple[float, float]:
-        lowest, highest = self._source.bounds(-LARGEST_FLOAT, LARGEST_FLOAT)
-        return float(lowest), float(highest)
+        return self._lowest(), self._highest()
 
     def _increment(self) -> float | None:
         found = number_of(self._element, "Inc", self._scope, self.name)

@@ -50,9 +50,14 @@ class Integer(IntegerFeature):
     def _write(self, value: int) -> None:
         self._source.assign(value)
 
+    def _lowest(self) -> int:
+        return self._whole(self._source.lowest(LOWEST_INT))
+
+    def _highest(self) -> int:
+        return self._whole(self._source.highest(HIGHEST_INT))
+
     def _bounds(self) -> tuple[int, int]:
-        lowest, highest = self._source.bounds(LOWEST_INT, HIGHEST_INT)
-        return self._whole(lowest), self._whole(highest)
+        return self._lowest(), self._highest()
 
     def _increment(self) -> int:
         found = number_of(self._element, "Inc", self._scope, self.name)

@@ -68,15 +68,19 @@ class ValueSource:
     def step(self) -> Number | None:
         return next((carrier.step() for carrier in self.carriers()), None)
 
-    def bounds(self, lowest: Number, highest: Number) -> tuple[Number, Number]:
-        """Of the node: what the file says, else the carrier's, else these."""
-        for carrier in self.carriers():
-            lowest, highest = carrier.bounds()
-        return self._limit("Min", lowest), self._limit("Max", highest)
+    def lowest(self, otherwise: Number) -> Number:
+        """What the file says, else the carrier's, else this."""
+        return self._limit("Min", 0, otherwise)
 
-    def _limit(self, tag: str, otherwise: Number) -> Number:
+    def highest(self, otherwise: Number) -> Number:
+        """What the file says, else the carrier's, else this."""
+        return self._limit("Max", 1, otherwise)
+
+    def _limit(self, tag: str, end: int, otherwise: Number) -> Number:
         found = number_of(self._element, tag, self._scope, self._owner)
-        return otherwise if found is None else found
+        if found is not None:
+            return found
+        return next((carrier.bounds()[end] for carrier in self.carriers()), otherwise)
 
     def _source(self) -> Source:
         index = self._element.first("pIndex")

@@ -1,0 +1,226 @@
+"""Feature files are read, plain or zipped, or refused in one sentence."""
+
+from __future__ import annotations
+
+import io
+import json
+import time
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from register_files import HEAD, MemoryRegisters, feature_file, register
+
+from fieldcam.camera.genapi import NoCamera, NodeMap, load_feature_file
+from fieldcam.camera.genapi.feature_file import LARGEST_FILE_BYTES
+from fieldcam.cli import main
+from fieldcam.errors import ExitCode, FeatureFileInvalid, FieldcamError
+
+SMALL = feature_file(
+    '<Category Name="Root"><pFeature>Device</pFeature><pFeature>Width</pFeature></Category>',
+    '<Group Comment="size"><Integer Name="Width"><pValue>WidthReg</pValue><Min>16</Min>',
+    "<pMax>WidthMax</pMax><Inc>4</Inc><Unit>px</Unit></Integer></Group>",
+    register("WidthReg", 16),
+    '<IntSwissKnife Name="WidthMax"><pVariable Name="W">WidthReg</pVariable>',
+    "<Formula>W &lt; 2 &amp;&amp; W = 0 ? 64 : W * 2</Formula></IntSwissKnife>",
+    '<Float Name="Gain"><Value>1.5</Value></Float>',
+)
+
+
+def zipped(content: bytes = SMALL, *names: str, method: int = zipfile.ZIP_DEFLATED) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", method) as archive:
+        for name in names or ("camera.xml",):
+            archive.writestr(name, content)
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        SMALL,
+        b"\n " + SMALL + b"\r\n" + bytes(100),
+        b"\xef\xbb\xbf" + SMALL,
+        SMALL.decode().encode("utf-16"),
+        b"Maker-Camera 12 (USB3)\n" + SMALL,
+        SMALL.replace(b"http://www.genicam.org/GenApi/Version_1_1", b"urn:another"),
+        zipped(),
+        zipped(SMALL, "read_me.txt", "camera.XML"),
+        zipped(SMALL, "camera.xml", "__MACOSX/._camera.xml"),
+        zipped(method=zipfile.ZIP_STORED),
+        zipped() + bytes(64),
+    ],
+)
+def test_a_feature_file_is_read(data: bytes) -> None:
+    document = load_feature_file(data)
+    assert (document.vendor, document.model, document.schema_version) == ("Test", "Made", "1.1")
+    assert NodeMap(document, MemoryRegisters()).integer("Width").max == 64
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"", "no proper XML"),
+        (b"<a>", "no proper XML"),
+        (b"<a/>", "RegisterDescription"),
+        (HEAD.encode() + b"<Integer Name='W'/><Float Name='W'/></RegisterDescription>", "twice"),
+        (b"<!DOCTYPE a [<!ENTITY b 'c'>]>" + SMALL, "document type"),
+        (b"<?xml version='1.0' encoding='klingon'?>" + SMALL, "no proper XML"),
+        (HEAD.encode() + b"<Group>" * 50, "nests too deep"),
+        (SMALL + b" " * LARGEST_FILE_BYTES, "16 MiB"),
+        (zipped(SMALL, "a.xml", "b.xml"), "2 files"),
+        (zipped(SMALL + b" " * LARGEST_FILE_BYTES), "16 MiB"),
+        (zipped(method=zipfile.ZIP_BZIP2), "unusual"),
+        (zipped()[:60], "damaged"),
+    ],
+)
+def test_what_is_no_feature_file_is_refused(data: bytes, words: str) -> None:
+    with pytest.raises(FeatureFileInvalid, match=words):
+        load_feature_file(data)
+
+
+def test_a_zip_that_lies_about_its_size_is_refused() -> None:
+    """The bomb's size is given as 1 byte in both of its headers."""
+    bomb = zipped(SMALL + b" " * (64 * 2**20))
+    size = (len(SMALL) + 64 * 2**20).to_bytes(4, "little")
+    with pytest.raises(FeatureFileInvalid):
+        load_feature_file(bomb.replace(size, (1).to_bytes(4, "little")))
+
+
+def ask_everything(data: bytes, registers: MemoryRegisters | NoCamera) -> None:
+    """Whatever the file, each question has an answer or one sentence."""
+    try:
+        features = NodeMap(load_feature_file(data), registers)
+        nodes = [features[name] for name in features]
+    except FieldcamError as error:
+        assert error.message.endswith(".") and "\n" not in error.message
+        return
+    for node in nodes:
+        for question in ("access", "value", "min", "max", "increment", "done", "length", "entries"):
+            try:
+                getattr(node, question, None)
+            except FieldcamError as error:
+                assert "\n" not in error.message
+
+
+@given(data=st.binary(max_size=200), head=st.sampled_from([b"", b"PK\x03\x04", HEAD.encode()]))
+def test_fuzz_random_bytes_are_read_or_refused(data: bytes, head: bytes) -> None:
+    ask_everything(head + data, MemoryRegisters())
+
+
+RICH = feature_file(
+    '<Category Name="Root"><pFeature>Sel</pFeature><pFeature>Root</pFeature></Category>',
+    '<Enumeration Name="Sel"><EnumEntry Name="A"><pIsImplemented>Bit</pIsImplemented><Value>0',
+    '</Value></EnumEntry><EnumEntry Name="B"><Value>1</Value></EnumEntry><pValue>R</pValue>',
+    "<pSelected>F</pSelected></Enumeration>",
+    register("R", 4, "<pInvalidator>Sel</pInvalidator>", Length=2),
+    register("Bit", 4, tag="MaskedIntReg", Bit=3, Endianess="BigEndian"),
+    register("Text", 40, tag="StringReg", Length=8),
+    register("Real", 48, tag="FloatReg"),
+    '<Converter Name="F"><pVariable Name="X">R</pVariable><FormulaTo>FROM*X</FormulaTo>',
+    "<FormulaFrom>TO/X+1</FormulaFrom><pValue>Real</pValue></Converter>",
+    '<IntSwissKnife Name="K"><pVariable Name="S">Sel</pVariable><Constant Name="C">3</Constant>',
+    '<Expression Name="D">C*2</Expression><Formula>S=0?D:C</Formula></IntSwissKnife>',
+    register("At", 8, '<pIndex Offset="4">K</pIndex>', "<pAddress>R</pAddress>"),
+    '<Integer Name="I"><pIndex>K</pIndex><ValueIndexed Index="3">7</ValueIndexed>',
+    "<ValueDefault>1</ValueDefault><pMin>R</pMin><pIsLocked>Bit</pIsLocked></Integer>",
+    '<Boolean Name="On"><pValue>Bit</pValue></Boolean>',
+    '<Command Name="Go"><pValue>R</pValue><CommandValue>1</CommandValue></Command>',
+    '<StructReg Name="S"><Address>60</Address><Length>4</Length><pPort>Device</pPort>',
+    "<Endianess>LittleEndian</Endianess>",
+    '<StructEntry Name="S1"><LSB>0</LSB><MSB>3</MSB></StructEntry></StructReg>',
+    '<Port Name="ChunkPort"><ChunkID>a1</ChunkID></Port>',
+    register("InChunk", 0, pPort="ChunkPort"),
+)
+WORDS = [
+    *[b"", b"R", b"K", b"Sel", b"F", b"I", b"At", b"Bit", b"Text", b"Root", b"-1", b"99999999999"],
+    *[b"pValue", b"pAddress", b"Integer", b"Float", b"<", b"/>", b"(", b"**", b"1e999", b"\0"],
+]
+
+
+@given(data=st.data())
+def test_fuzz_changed_files_are_answered_or_refused(data: st.DataObject) -> None:
+    content = bytearray(RICH)
+    for _ in range(data.draw(st.integers(1, 5))):
+        place = data.draw(st.integers(len(HEAD), len(content) - 1))
+        length = data.draw(st.sampled_from([0, 1, 1, 2, 3, 8]))
+        content[place : place + length] = data.draw(st.sampled_from(WORDS))
+    memory = bytearray(data.draw(st.binary(min_size=64, max_size=64)) * 4)
+    ask_everything(bytes(content), MemoryRegisters(memory))
+
+
+@given(data=st.data())
+def test_fuzz_references_crossed_at_random_are_answered_or_refused(data: st.DataObject) -> None:
+    """Well-formed files whose references lead anywhere, in circles too."""
+    names = [b"Sel", b"R", b"Bit", b"Text", b"Real", b"F", b"K", b"At", b"I", b"On", b"Go", b"S1"]
+    content = RICH
+    for name in names:
+        target = data.draw(st.sampled_from(names))
+        if data.draw(st.booleans()):
+            content = content.replace(b">" + name + b"</p", b">" + target + b"</p")
+    ask_everything(content, MemoryRegisters(bytearray(b"\1\2\0\0" * 64)))
+
+
+def test_three_thousand_nodes_load_within_two_seconds(note: Callable[[str], None]) -> None:
+    nodes = [
+        f'<Integer Name="N{i}"><ToolTip>One of many.</ToolTip><pValue>R{i}</pValue>'
+        f"<Min>0</Min><pMax>R{i}</pMax></Integer>" + register(f"R{i}", 4 * (i % 60))
+        for i in range(1500)
+    ]
+    root = "".join(f"<pFeature>N{i}</pFeature>" for i in range(1500))
+    data = feature_file(f'<Category Name="Root">{root}</Category>', *nodes)
+    began_at = time.perf_counter()
+    features = NodeMap(load_feature_file(data), MemoryRegisters())
+    assert sum(1 for _ in features.root.walk()) == 1500
+    took_s = time.perf_counter() - began_at
+    note(f"a feature file of 3,000 nodes loads in {took_s:.2f} s.")
+    assert took_s < 2
+
+
+def test_a_real_cameras_file_is_listed(
+    real: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    plain = real / "genicam" / "PGR_BlackflyS_16S2M.xml"
+    packed = tmp_path / "camera.zip"
+    packed.write_bytes(zipped(plain.read_bytes()))
+    documents = []
+    for path in (plain, packed):
+        assert main(["camera", "features", "--xml", str(path), "--json"]) == ExitCode.OK
+        documents.append(json.loads(capsys.readouterr().out))
+    assert documents[0] == documents[1]
+    entries = {entry["name"]: entry for entry in documents[0]["features"]}
+    assert documents[0]["model"] == "BFS_U3_16S2"
+    assert len(entries) > 300
+    assert not [entry for entry in entries.values() if "problem" in entry]
+    assert entries["SensorWidth"]["value"] == 1440
+    exposure = entries["ExposureTime"]
+    assert (exposure["type"], exposure["unit"], exposure["min"]) == ("float", "us", None)
+    assert [e["name"] for e in entries["TriggerMode"]["entries"]] == ["Off", "On"]
+    assert entries["TriggerSoftware"]["access"] == "WO"
+
+
+def test_the_listing_says_what_needs_the_camera(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "camera.xml"
+    path.write_bytes(SMALL.replace(b"<pFeature>Device<", b"<pFeature>Gain<"))
+    assert main(["camera", "features", "--xml", str(path)]) == ExitCode.OK
+    printed = capsys.readouterr()
+    gain, width = printed.out.splitlines()[1:]
+    assert gain.split() == ["Gain", "float", "RW", "beginner", "=", "1.5"]
+    assert "16 to (ask the camera) in steps of 4" in width
+    assert "Test Made" in printed.err
+
+
+@pytest.mark.parametrize(("content", "words"), [(None, "cannot be read"), (b"x", "no proper XML")])
+def test_a_bad_file_ends_in_one_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes | None, words: str
+) -> None:
+    path = tmp_path / "camera.xml"
+    if content is not None:
+        path.write_bytes(content)
+    assert main(["camera", "features", "--xml", str(path)]) == ExitCode.BAD_INPUT
+    assert words in capsys.readouterr().err
