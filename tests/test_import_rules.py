@@ -109,6 +109,19 @@ def test_pure_parts_know_no_database_screen_or_session() -> None:
             assert not [n for n in imported(path) if n.startswith(forbidden)], part(path)
 
 
+def test_the_node_map_is_neutral_to_the_transport() -> None:
+    own = ("fieldcam.camera.genapi", "fieldcam.errors", "fieldcam.values")
+    for path in sources():
+        if part(path).startswith("camera/genapi/"):
+            assert not [
+                n for n in imported(path) if n.startswith("fieldcam") and not n.startswith(own)
+            ]
+            assert {n.split(".")[0] for n in imported(path)} <= {
+                "fieldcam",
+                *sys.stdlib_module_names,
+            }
+
+
 def loaded_by(statement: str) -> set[str]:
     """Top-level modules in a fresh process after this statement."""
     code = f"{statement}\nimport sys\nprint(*{{name.split('.')[0] for name in sys.modules}})"

@@ -15,12 +15,11 @@ from fieldcam.camera.genapi.features import (
     CommandFeature,
     EnumEntry,
     EnumerationFeature,
-    FloatFeature,
-    IntegerFeature,
     RegisterFeature,
     StringFeature,
 )
 from fieldcam.camera.genapi.node_map import NodeMap
+from fieldcam.camera.genapi.number_features import FloatFeature, IntegerFeature
 from fieldcam.camera.genapi.registers import NoCamera, Registers
 
 __all__ = [

@@ -18,6 +18,9 @@ from fieldcam.errors import FeatureRefused
 Choice = TypeVar("Choice", bound=StrEnum)
 
 
+MOST_LISTED = 20
+
+
 class Scope(Protocol):
     """The node map, as its nodes see it."""
 
@@ -225,3 +228,11 @@ def one_of(kind: type[Choice], text: str, otherwise: Choice) -> Choice:
         return kind(text)
     except ValueError:
         return otherwise
+
+
+def listed(values: Sequence[object]) -> str:
+    """Allowed values, as a message names them."""
+    if not values:
+        return "nothing now"
+    more = f" and {len(values) - MOST_LISTED} more" if len(values) > MOST_LISTED else ""
+    return ", ".join(str(value) for value in values[:MOST_LISTED]) + more

@@ -1,4 +1,4 @@
-"""What a program sees of a camera: its features, by kind.
+"""What a program sees of a camera: its features, by kind; numbers are in `number_features`.
 
 The classes here check and explain; how a value is come by is left to the node
 types below them. A value is read from the camera whenever it is asked for, unless
@@ -7,190 +7,13 @@ the feature file allows to remember it.
 
 from __future__ import annotations
 
-import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
-from fieldcam.camera.genapi.access import Representation
-from fieldcam.camera.genapi.arithmetic import Number, nearest_int
-from fieldcam.camera.genapi.elements import Element
-from fieldcam.camera.genapi.feature import Feature, Numeric, one_of
+from fieldcam.camera.genapi.arithmetic import Number
+from fieldcam.camera.genapi.feature import Feature, Numeric, listed
 from fieldcam.errors import FeatureRefused
-
-MOST_LISTED = 20
-"""Allowed values that a message names."""
-
-
-class IntegerFeature(Numeric):
-    """A whole number of 64 bits."""
-
-    @property
-    def value(self) -> int:
-        self._require_readable()
-        with self._visit("value"):
-            return self._read()
-
-    @value.setter
-    def value(self, value: int) -> None:
-        self._require_writable()
-        with self._visit("setting"):
-            self._check(value)
-            self._write(value)
-
-    @property
-    def min(self) -> int:
-        with self._visit("min"):
-            return self._lowest()
-
-    @property
-    def max(self) -> int:
-        with self._visit("max"):
-            return self._highest()
-
-    @property
-    def increment(self) -> int:
-        """Allowed values are `min` and whole numbers of these above it."""
-        with self._visit("increment"):
-            return self._increment()
-
-    @property
-    def valid_values(self) -> tuple[int, ...]:
-        """The only values allowed; empty where range and increment say all."""
-        return ()
-
-    @property
-    def unit(self) -> str:
-        return self._element.words("Unit")
-
-    @property
-    def representation(self) -> Representation:
-        return _representation(self._element)
-
-    def number(self) -> int:
-        return self.value
-
-    def assign(self, value: Number) -> None:
-        self.value = self._whole(value)
-
-    def bounds(self) -> tuple[int, int]:
-        return self.min, self.max
-
-    def step(self) -> int:
-        return self.increment
-
-    @abstractmethod
-    def _read(self) -> int: ...
-
-    @abstractmethod
-    def _write(self, value: int) -> None: ...
-
-    @abstractmethod
-    def _bounds(self) -> tuple[int, int]: ...
-
-    def _lowest(self) -> int:
-        return self._bounds()[0]
-
-    def _highest(self) -> int:
-        return self._bounds()[1]
-
-    def _increment(self) -> int:
-        return 1
-
-    def _whole(self, value: Number) -> int:
-        try:
-            return nearest_int(value)
-        except ArithmeticError as error:
-            raise self._refuse(value, "whole numbers of 64 bits") from error
-
-    def _check(self, value: int) -> None:
-        if not isinstance(value, int) or isinstance(value, bool):
-            raise self._refuse(value, "whole numbers")
-        if self.valid_values and value not in self.valid_values:
-            raise self._refuse(value, _listed(self.valid_values))
-        lowest, highest, increment = self.min, self.max, self.increment
-        off_step = increment > 1 and (value - lowest) % increment
-        if not lowest <= value <= highest or off_step:
-            steps = f" in steps of {increment}" if increment > 1 else ""
-            raise self._refuse(value, f"{lowest} to {highest}{steps}{_spaced(self.unit)}")
-
-
-class FloatFeature(Numeric):
-    """A finite number."""
-
-    @property
-    def value(self) -> float:
-        self._require_readable()
-        with self._visit("value"):
-            return self._read()
-
-    @value.setter
-    def value(self, value: float) -> None:
-        self._require_writable()
-        with self._visit("setting"):
-            self._check(value)
-            self._write(float(value))
-
-    @property
-    def min(self) -> float:
-        with self._visit("min"):
-            return self._lowest()
-
-    @property
-    def max(self) -> float:
-        with self._visit("max"):
-            return self._highest()
-
-    @property
-    def increment(self) -> float | None:
-        """What the camera rounds to, where it says so; in-between values are not refused."""
-        with self._visit("increment"):
-            return self._increment()
-
-    @property
-    def unit(self) -> str:
-        return self._element.words("Unit")
-
-    @property
-    def representation(self) -> Representation:
-        return _representation(self._element)
-
-    def number(self) -> float:
-        return self.value
-
-    def assign(self, value: Number) -> None:
-        self.value = float(value)
-
-    def bounds(self) -> tuple[float, float]:
-        return self.min, self.max
-
-    def step(self) -> float | None:
-        return self.increment
-
-    @abstractmethod
-    def _read(self) -> float: ...
-
-    @abstractmethod
-    def _write(self, value: float) -> None: ...
-
-    @abstractmethod
-    def _bounds(self) -> tuple[float, float]: ...
-
-    def _lowest(self) -> float:
-        return self._bounds()[0]
-
-    def _highest(self) -> float:
-        return self._bounds()[1]
-
-    def _increment(self) -> float | None:
-        return None
-
-    def _check(self, value: float) -> None:
-        if not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise self._refuse(value, "finite numbers")
-        lowest, highest = self.min, self.max
-        if not lowest <= value <= highest:
-            raise self._refuse(value, f"{lowest:g} to {highest:g}{_spaced(self.unit)}")
 
 
 class BooleanFeature(Numeric):
@@ -293,7 +116,7 @@ class EnumerationFeature(Numeric):
             if entry.code == value:
                 self.value = entry.symbol
                 return
-        raise self._refuse(value, _listed(tuple(entry.code for entry in self.entries)))
+        raise self._refuse(value, listed(tuple(entry.code for entry in self.entries)))
 
     def bounds(self) -> tuple[int, int]:
         codes = [entry.code for entry in self.entries] or [0]
@@ -309,7 +132,7 @@ class EnumerationFeature(Numeric):
         for entry in self.entries:
             if entry.symbol == symbol and entry.available:
                 return entry
-        raise self._refuse(symbol, _listed(self.symbols))
+        raise self._refuse(symbol, listed(self.symbols))
 
 
 class CommandFeature(Feature, ABC):
@@ -417,18 +240,3 @@ class CategoryFeature(Feature, ABC):
             if isinstance(feature, CategoryFeature) and feature.name not in opened:
                 opened.add(feature.name)
                 rest += [(depth + 1, below) for below in reversed(feature.features)]
-
-
-def _representation(element: Element) -> Representation:
-    return one_of(Representation, element.words("Representation"), Representation.PURE_NUMBER)
-
-
-def _listed(values: Sequence[object]) -> str:
-    if not values:
-        return "nothing now"
-    more = f" and {len(values) - MOST_LISTED} more" if len(values) > MOST_LISTED else ""
-    return ", ".join(str(value) for value in values[:MOST_LISTED]) + more
-
-
-def _spaced(unit: str) -> str:
-    return f" {unit}" if unit else ""

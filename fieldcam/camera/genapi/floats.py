@@ -9,8 +9,8 @@ from fieldcam.camera.genapi.access import Access
 from fieldcam.camera.genapi.conversion import Conversion
 from fieldcam.camera.genapi.elements import LARGEST_FLOAT, Element
 from fieldcam.camera.genapi.feature import Feature, Scope
-from fieldcam.camera.genapi.features import FloatFeature
 from fieldcam.camera.genapi.formula import REAL
+from fieldcam.camera.genapi.number_features import FloatFeature
 from fieldcam.camera.genapi.sources import ValueSource, number_of
 from fieldcam.camera.genapi.stretch import Stretch
 from fieldcam.camera.genapi.variables import FormulaSource

@@ -10,8 +10,8 @@ from fieldcam.camera.genapi.arithmetic import HIGHEST_INT, LOWEST_INT, wrap
 from fieldcam.camera.genapi.conversion import Conversion
 from fieldcam.camera.genapi.elements import Element, whole_number
 from fieldcam.camera.genapi.feature import Feature, Scope
-from fieldcam.camera.genapi.features import IntegerFeature
 from fieldcam.camera.genapi.formula import WHOLE
+from fieldcam.camera.genapi.number_features import IntegerFeature
 from fieldcam.camera.genapi.sources import ValueSource, number_of
 from fieldcam.camera.genapi.stretch import Stretch
 from fieldcam.camera.genapi.variables import FormulaSource

@@ -15,11 +15,10 @@ from fieldcam.camera.genapi.features import (
     CategoryFeature,
     CommandFeature,
     EnumerationFeature,
-    FloatFeature,
-    IntegerFeature,
     RegisterFeature,
     StringFeature,
 )
+from fieldcam.camera.genapi.number_features import FloatFeature, IntegerFeature
 from fieldcam.camera.genapi.registers import ChunkRegisters, RegisterCache, Registers
 from fieldcam.camera.genapi.visits import Visits
 from fieldcam.errors import FeatureFileInvalid, FeatureMissing
