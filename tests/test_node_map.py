@@ -495,6 +495,13 @@ def test_chunks_are_read_from_the_image_that_brought_them() -> None:
     assert not frame.available
 
 
+def test_an_address_that_is_no_whole_number_is_refused() -> None:
+    huge = constant("Huge", 1e300, tag="Float")
+    for place in ("<pAddress>Huge</pAddress>", "<pIndex>Huge</pIndex>", "<pLength>Huge</pLength>"):
+        with pytest.raises(FeatureRefused, match="whole number of 64 bits"):
+            _ = node_map(huge, register("X", 0, place)).integer("X").value
+
+
 @pytest.mark.parametrize(
     ("nodes", "words"),
     [

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from fieldcam.camera.genapi.access import Access
-from fieldcam.camera.genapi.arithmetic import Number, nearest_int
+from fieldcam.camera.genapi.arithmetic import Number
 from fieldcam.camera.genapi.elements import Element, number, whole_number
 from fieldcam.camera.genapi.feature import Feature, Scope
 from fieldcam.camera.genapi.features import (
@@ -15,7 +15,7 @@ from fieldcam.camera.genapi.features import (
     EnumEntry,
     EnumerationFeature,
 )
-from fieldcam.camera.genapi.sources import ValueSource, number_of
+from fieldcam.camera.genapi.sources import ValueSource, number_of, whole_of
 from fieldcam.errors import FeatureFileInvalid, FeatureRefused
 
 DEFAULT_POLLING_S = 0.01
@@ -107,7 +107,7 @@ class Enumeration(EnumerationFeature):
         return self._source.declared_carriers()
 
     def _read(self) -> int:
-        return nearest_int(self._source.number())
+        return whole_of(self._source.number(), self.name)
 
     def _write(self, entry: EnumEntry) -> None:
         self._source.assign(entry.code)

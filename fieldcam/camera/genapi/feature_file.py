@@ -22,7 +22,7 @@ from fieldcam.errors import FeatureFileInvalid
 
 LARGEST_FILE_BYTES = 16 * 2**20
 MOST_ELEMENTS = 1_000_000
-"""The largest camera file seen has 40,000."""
+"""The largest camera file seen has 29,000."""
 DEEPEST_NESTING = 32
 
 _PADDING = b"\0 \t\r\n"

@@ -164,7 +164,8 @@ class NodeMap:
 
     def anonymous(self, element: Element, owner: str) -> Numeric:
         if id(element) not in self._inner:
-            name = element.name or f"{owner}'s formula"
+            # A name of its own: those written inside may repeat, or be the same as a node's.
+            name = f"{owner}'s formula {len(self._inner) + 1}"
             self._inner[id(element)] = integers.IntSwissKnife(element, self, name)
         return self._inner[id(element)]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from fieldcam.camera.genapi.arithmetic import Number
+from fieldcam.camera.genapi.arithmetic import Number, nearest_int
 from fieldcam.camera.genapi.elements import Element, number
 from fieldcam.camera.genapi.feature import Numeric, Scope
-from fieldcam.errors import FeatureFileInvalid
+from fieldcam.errors import FeatureFileInvalid, FeatureRefused
 
 
 class Source(Protocol):
@@ -100,6 +100,16 @@ class ValueSource:
             raise FeatureFileInvalid(f"The camera's feature file gives {self._owner} no value.")
         constant = self._constants.get(id(child))
         return self._scope.numeric(child.text, self._owner) if constant is None else constant
+
+
+def whole_of(value: Number, owner: str) -> int:
+    """A number that a node took from another one, rounded to 64 bits."""
+    try:
+        return nearest_int(value)
+    except ArithmeticError as error:
+        raise FeatureRefused(
+            f"{owner} needs a whole number of 64 bits, and is given {value:g}."
+        ) from error
 
 
 def number_of(element: Element, tag: str, scope: Scope, owner: str) -> Number | None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fieldcam.camera.genapi.access import Access
-from fieldcam.camera.genapi.arithmetic import to_int
 from fieldcam.camera.genapi.elements import HIGHEST_ADDRESS, Element, address, whole_number
 from fieldcam.camera.genapi.feature import Numeric, Scope, one_of
 from fieldcam.camera.genapi.registers import Caching, Place, Registers
-from fieldcam.camera.genapi.sources import number_of
+from fieldcam.camera.genapi.sources import number_of, whole_of
 from fieldcam.errors import FeatureFileInvalid, FeatureRefused
 
 LONGEST_REGISTER_BYTES = 2**20
@@ -62,7 +61,7 @@ class Stretch:
         """Bytes."""
         with self._scope.visits.visit(self._owner, "length"):
             found = number_of(self._element, "Length", self._scope, self._owner)
-        length = 0 if found is None else to_int(found)
+        length = 0 if found is None else whole_of(found, self._owner)
         if not 0 < length <= LONGEST_REGISTER_BYTES:
             raise FeatureFileInvalid(
                 f"The camera's feature file gives the register {self._owner} {length} bytes."
@@ -112,10 +111,10 @@ class Stretch:
         if child.tag == "Address":
             return address(child)
         if child.tag == "IntSwissKnife":
-            return to_int(self._scope.anonymous(child, self._owner).number())
+            return whole_of(self._scope.anonymous(child, self._owner).number(), self._owner)
         if child.tag not in ("pAddress", "pIndex"):
             return 0
-        found = to_int(self._scope.numeric(child.text, self._owner).number())
+        found = whole_of(self._scope.numeric(child.text, self._owner).number(), self._owner)
         return found if child.tag == "pAddress" else found * self._pitch(child)
 
     def _pitch(self, index: Element) -> int:
@@ -125,5 +124,5 @@ class Stretch:
             return whole_number(Element("Offset", {}, text=offset))
         node = index.attributes.get("pOffset")
         if node is not None:
-            return to_int(self._scope.numeric(node, self._owner).number())
+            return whole_of(self._scope.numeric(node, self._owner).number(), self._owner)
         return self.length
