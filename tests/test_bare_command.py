@@ -66,14 +66,14 @@ def choose(monkeypatch: pytest.MonkeyPatch, choice: Choice | None) -> list[str]:
     return shown
 
 
-def test_without_a_terminal_it_is_one_sentence_and_the_help(
+def test_without_a_terminal_it_is_wrong_usage_in_one_line(
     capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(app, "at_a_terminal", lambda: False)
-    assert main([]) == ExitCode.OK
+    assert main([]) == ExitCode.BAD_INPUT
     out, err = capsys.readouterr()
-    assert out.startswith("The app needs a terminal") and "usage: fieldcam" in out
-    assert "fieldcam demo" in out.splitlines()[0] and err == ""
+    assert out == "" and err.startswith("fieldcam: The app needs a terminal")
+    assert "fieldcam demo" in err and "fieldcam --help" in err and len(err.splitlines()) == 1
 
 
 @pytest.mark.parametrize("term", ["dumb", "unknown", "", "xterm", "linux"])
@@ -231,3 +231,22 @@ def test_a_route_that_cannot_be_read_is_one_sentence(
     assert main(["--data", str(tmp_path / "d"), "route", *rest]) == ExitCode.BAD_INPUT
     assert len(capsys.readouterr().err.splitlines()) == 1
     assert not (tmp_path / "d").exists()
+
+
+@pytest.mark.parametrize("inside", [".", "below"])
+@pytest.mark.parametrize("command", [[], ["demo"], ["doctor"], ["models", "list"]])
+def test_a_file_for_the_data_folder_is_refused_at_once(
+    capsys: Capture,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    opened: list[Sequence[str]],
+    command: list[str],
+    inside: str,
+) -> None:
+    shown = choose(monkeypatch, Choice.SET_UP)
+    file = tmp_path / "data"
+    file.write_text("none of ours")
+    assert main(["--data", str(file / inside), *command]) == ExitCode.STORAGE
+    out, err = capsys.readouterr()
+    assert out == "" and not shown and not opened
+    assert err == f"fieldcam: {file} is a file, not a folder. Name a folder with --data.\n"

@@ -387,12 +387,6 @@ def test_a_defect_is_logged_and_ends_in_one_sentence(
     assert "Traceback" in log and "a bug" in log
 
 
-def test_without_a_command_the_help_names_the_demo(capsys: Capture) -> None:
-    code, out, _ = run(capsys)
-    assert code == ExitCode.OK
-    assert "fieldcam demo" in out
-
-
 def test_the_installed_command_gives_its_exit_status() -> None:
     command = [sys.executable, "-c", "from fieldcam.cli import entry_point; entry_point()"]
     done = subprocess.run([*command, "tags", "missing.png"], capture_output=True, text=True)

@@ -6,27 +6,26 @@ from functools import partial
 from pathlib import Path
 
 from fieldcam.cli.arguments import Parser
-from fieldcam.cli.console import at_a_terminal, emit
+from fieldcam.cli.console import at_a_terminal
 from fieldcam.cli.launcher import launch
 from fieldcam.cli.networks import checked_models
-from fieldcam.errors import CameraUnplugged, FieldcamError
+from fieldcam.errors import BadInput, CameraUnplugged, FieldcamError
 from fieldcam.models import Models
-from fieldcam.store.folder import data_path
+from fieldcam.store.folder import data_path, demo_beside
 
 NO_TERMINAL = (
-    "The app needs a terminal that it can draw on;"
-    " `fieldcam demo --headless` walks a simulated row without one."
+    "The app needs a terminal that it can draw on, and there is none here.",
+    "`fieldcam demo --headless` walks a simulated row without one, `fieldcam --help` lists more.",
 )
 
 
 def open_app(data: Path | None, parser: Parser) -> None:
     """Run the app, or the demo where that is chosen; `data` is what `--data` said.
 
-    Without a terminal it is one sentence and the help.
+    Raises BadInput without a terminal.
     """
     if not at_a_terminal():
-        emit(f"{NO_TERMINAL}\n\n{parser.format_help().rstrip()}")
-        return
+        raise BadInput(*NO_TERMINAL)
     launch(partial(_open, data, parser))
 
 
@@ -43,7 +42,7 @@ def _open(data: Path | None, parser: Parser) -> None:
             return
         if choice is Choice.DEMO:
             demo = parser.parse_args(["demo"])
-            demo.data = None if data is None else path.with_name(f"{path.name}-demo")
+            demo.data = None if data is None else demo_beside(path)
             demo.handler(demo)
             return
     walk_field(path, *_networks(data))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -35,14 +36,19 @@ class DataFolder:
 
 
 def data_path(option: Path | None, kind: DataKind = DataKind.FIELD) -> Path:
-    """The data folder's path; nothing is made or checked."""
+    """The data folder's path; nothing is made, but what cannot be a folder is refused."""
     if option is not None:
-        return option.expanduser().resolve()
+        return _no_file(option.expanduser().resolve())
     if variable := os.environ.get(DATA_VARIABLE):
         named = Path(variable).expanduser().resolve()
-        return named if kind is DataKind.FIELD else named.with_name(f"{named.name}-demo")
+        return _no_file(named if kind is DataKind.FIELD else demo_beside(named))
     name = "fieldcam" if kind is DataKind.FIELD else "fieldcam-demo"
     return _user_data() / name
+
+
+def demo_beside(path: Path) -> Path:
+    """Where simulated captures lie that are asked for from this data folder."""
+    return path.with_name(f"{path.name}-demo")
 
 
 def open_data_folder(path: Path, kind: DataKind) -> DataFolder:
@@ -65,6 +71,14 @@ def known_data_folder(path: Path) -> DataFolder:
     if found is None:
         raise StorageError(f"There is no data folder at {path}.", "Name another with --data.")
     return DataFolder(path, found)
+
+
+def _no_file(path: Path) -> Path:
+    with suppress(PermissionError):  # whoever reads or writes there says so
+        there = next(each for each in (path, *path.parents) if each.exists())
+        if not there.is_dir():
+            raise StorageError(f"{there} is a file, not a folder.", "Name a folder with --data.")
+    return path
 
 
 def _read_kind(marker: Path) -> DataKind | None:
