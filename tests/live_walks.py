@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from queue import Queue
+from threading import Lock
 from types import TracebackType
 from typing import Self, TypeVar
 
@@ -47,6 +48,7 @@ class ToldCamera:
     calibration: Calibration | None = None
 
     def __init__(self) -> None:
+        self._taking = Lock()
         self.plugged = True
         self.opened = self.closed = self.taken = self.looks = 0
         self.sight: Preview | None = Preview(np.full((6, 8), 9, np.uint8), 3, flash_ready=True)
@@ -60,8 +62,15 @@ class ToldCamera:
     def capture(self, deadline_s: float) -> RawPair:
         if not self.plugged:
             raise CameraUnplugged("No camera answers.", "Plug it in.")
-        self.taken += 1
+        with self._taking:
+            self.taken += 1
         return raw_pair(self.taken + 100)
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Takes no picture meanwhile."""
+        with self._taking:
+            yield
 
     def preview(self, deadline_s: float) -> Preview | None:
         if not self.plugged:

@@ -98,6 +98,18 @@ def test_a_newer_picture_takes_the_place_of_the_last_one(walk: Walked) -> None:
     assert (second.record.retake_of, second.record.view) == (first.id, 1)
 
 
+def test_quick_pictures_of_one_cluster_take_each_others_place(walk: Walked) -> None:
+    walk.start()
+    with walk.camera.held():
+        for _ in range(3):
+            walk.after(walk.live.shoot, Done)
+    for _ in range(3):
+        walk.heard.next(Saved)
+    first, second, third = visit_captures(walk.store.database, walk.visit)
+    assert [each.retake_of for each in (first, second, third)] == [None, first.id, second.id]
+    assert {each.view for each in (first, second, third)} == {1}
+
+
 def test_an_unplugged_camera_is_said_and_opened_again(walk: Walked) -> None:
     walk.start()
     walk.camera.plugged = False

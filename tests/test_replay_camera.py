@@ -70,6 +70,7 @@ def test_a_tags_views_come_in_their_order_and_then_again(
     ]
     assert second.make(Wanted(9, 0)).left[0, 0, 0] == 90
     assert not pairs[0].simulated
+    assert pairs[0].taken_at.date() == FIRST  # and not when somebody copied the files
 
 
 def test_the_camera_takes_what_it_is_aimed_at(captures: tuple[CaptureFile, ...]) -> None:

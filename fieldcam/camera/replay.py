@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
 
 from fieldcam.camera.aimed import Wanted
 from fieldcam.camera.beside import PictureProcess
@@ -58,12 +57,11 @@ def read_recorded(capture: CaptureFile) -> RawPair:
     from fieldcam.exchange.images import read_pair
 
     left, right = read_pair(capture.left, capture.right)
-    modified = datetime.fromtimestamp(capture.left.stat().st_mtime, UTC)
     return RawPair(
         left=left,
         right=right,
         pixel_format=PixelFormat.RGB8,
-        taken_at=modified if capture.taken_at is None else capture.taken_at.astimezone(),
+        taken_at=capture.local_time,
         left_timestamp_ns=0,
         right_timestamp_ns=0,
         left_serial=SERIALS[0],

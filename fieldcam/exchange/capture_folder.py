@@ -13,7 +13,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from datetime import date, datetime, timedelta
+from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
 from fieldcam.errors import BadInput
@@ -45,6 +45,11 @@ class CaptureFile:
     """None where the folder holds none for that day."""
     taken_at: datetime | None = None
     """By the recording's own clock; None where only the day is known."""
+
+    @property
+    def local_time(self) -> datetime:
+        """When it was taken; midnight where only the day is known."""
+        return (self.taken_at or datetime.combine(self.day, time())).astimezone()
 
 
 @dataclass(frozen=True, slots=True, order=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import date, datetime, time
+from datetime import date
 from enum import StrEnum
 
 from fieldcam.exchange.capture_folder import CaptureFile
@@ -113,7 +113,7 @@ class Intake:
             left_bytes=len(pair.left.content),
             right_bytes=len(pair.right.content),
             pixel_format=pair.pixel_format.value,
-            taken_at=_taken_at(file).isoformat(),
+            taken_at=file.local_time.isoformat(),
             left_timestamp_ns=0,
             right_timestamp_ns=0,
             left_serial="",
@@ -123,11 +123,6 @@ class Intake:
             source=str(file.left.absolute()),
             calibration=self._calibration(pair.calibration),
         )
-
-
-def _taken_at(file: CaptureFile) -> datetime:
-    """Local time; midnight where only the day is known."""
-    return (file.taken_at or datetime.combine(file.day, time())).astimezone()
 
 
 def _stored_as(file: CaptureFile, pair: KnownPair) -> str:

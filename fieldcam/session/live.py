@@ -9,6 +9,7 @@ listener, in the threads of the walk, which must only pass it on.
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -52,7 +53,8 @@ class LiveWalk:
         self._view = WalkView(store, visit)
         self._book = WalkBook(self._view)
         self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
-        self._camera, self._in_flight = CameraState.OPENING, 0
+        self._camera = CameraState.OPENING
+        self._in_flight: deque[Shot] = deque()
         self._camera_trouble = ""
         self._analysis = start_analysis(lambda status: self._inbox.put(_nothing))
         self._readings = Readings(self._view, self._analysis, self._inbox.put, listener)
@@ -180,7 +182,8 @@ class LiveWalk:
         return self._sent(self._book.shot(insist))
 
     def _sent(self, shot: Shot) -> str:
-        self._in_flight += 1
+        shot = replace(shot, again=any(shot.repeats(each) for each in self._in_flight))
+        self._in_flight.append(shot)
         self._shutter.fire(shot)
         tag_id = shot.expectation.tag_id
         return "Taking a new tag." if tag_id is None else f"Taking tag {tag_id}."
@@ -190,7 +193,8 @@ class LiveWalk:
         self._inbox.put(partial(self._took, shot, event))
 
     def _took(self, shot: Shot | None, event: events.ShutterEvent) -> None:
-        self._in_flight -= shot is not None
+        if shot is not None:
+            self._in_flight.popleft()
         if isinstance(event, events.CameraTrouble):
             self._camera, self._camera_trouble = CameraState.LOST, str(event.error)
         elif isinstance(event, events.CameraReady | events.Saved):

@@ -38,6 +38,14 @@ class Shot:
     expectation: Expectation
     view: int = 1
     retake_of: EntryId | None = None
+    again: bool = False
+    """It was asked for while this very view was being taken, and takes that one's place."""
+
+    def repeats(self, other: Shot) -> bool:
+        """Whether it is of the same view; of a new tag nobody knows."""
+        tag_id = self.expectation.tag_id
+        same = tag_id == other.expectation.tag_id and self.view == other.view
+        return same and tag_id is not None
 
 
 class Shutter:
@@ -59,6 +67,8 @@ class Shutter:
         self._pressed, self._aiming = pressed, aiming
         self._camera: FlashStereoDevice | None = None
         self._looking, self._complaint, self._missed = False, "", False
+        self._last: tuple[Shot, EntryId] | None = None
+        """The last picture that was saved."""
         self._orders: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
         self._thread.start()
@@ -164,14 +174,21 @@ class Shutter:
                 visit=self._visit,
                 tag_expected=shot.expectation.tag_id,
                 view=shot.view,
-                retake_of=shot.retake_of,
+                retake_of=self._replaced(shot),
                 shutter=shutter,
             )
         except FieldcamError as error:
             self._hear(shot, StorageTrouble(error))
             return
+        self._last = shot, saved.key
         duration_ms = (perf_counter() - started) * 1000
         self._hear(shot, Saved(saved, shot.expectation.tag_id, duration_ms))
+
+    def _replaced(self, shot: Shot) -> EntryId | None:
+        """The picture whose place it takes; none came of one that the camera missed."""
+        if shot.again and self._last is not None and shot.repeats(self._last[0]):
+            return self._last[1]
+        return shot.retake_of
 
     def _let_go(self) -> None:
         if self._camera is not None:
