@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
+import cv2
+import numpy as np
 import pytest
 from live_walks import read
 from made_states import AIM, shown_with, verdict
-from screens import SMALL, Driven, check_golden, drive
+from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import MadeWalk, small_store
 from textual.widget import Widget
 
 from fieldcam.errors import ExtraMissing
+from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.tui import looks
 from fieldcam.tui.looks import Look, Pictures, ask_terminal, chosen_look
-from fieldcam.tui.picture_view import PictureView
+from fieldcam.tui.picture_view import HALF, PictureView
 from fieldcam.tui.themes import CONSOLE
-from fieldcam.values import ImageU8, Status
+from fieldcam.values import ImageU8, PixelFormat, Status
 
 WIDE = (160, 45)
 COLOURLESS = Look(Pictures.NONE, colour=False)
@@ -153,6 +156,56 @@ def test_a_wide_window_shows_the_days_beside_the_sizes(console_walk: MadeWalk) -
     drive(WIDE, script)
 
 
+def spoiled(state: WalkState, spoil: Callable[[Path], object]) -> WalkState:
+    assert state.shown is not None
+    spoil(state.shown.left)
+    return state
+
+
+@pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
+def test_a_picture_that_is_not_there_says_so_in_its_place(
+    tmp_path: Path, size: tuple[int, int]
+) -> None:
+    async def script(driven: Driven) -> None:
+        state = verdict(tmp_path, Status.ACCEPT)
+        await driven.tell(spoiled(state, Path.unlink))
+        assert HALF not in driven.text
+        assert "The file of this picture is" in driven.text and "missing." in driven.text
+        assert "backup" in driven.text
+        assert " 9.00 mm" in driven.text
+        state = verdict(tmp_path, Status.ACCEPT)
+        await driven.tell(spoiled(state, lambda left: left.write_bytes(b"P5\n9 9\n255\n")))
+        assert "damaged." in driven.text and HALF not in driven.text
+
+    drive(size, script)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg"])
+def test_a_picture_that_was_imported_is_drawn(tmp_path: Path, suffix: str) -> None:
+    state = verdict(tmp_path, Status.ACCEPT)
+    assert state.shown is not None
+    left = tmp_path / f"left{suffix}"
+    cv2.imwrite(str(left), np.full((480, 640, 3), (20, 20, 200), np.uint8))
+    state = replace(state, shown=replace(state.shown, left=left, pixel_format=PixelFormat.RGB8))
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(state)
+        assert HALF in driven.text
+        red = {
+            segment.style.color.triplet[0]
+            for segment in driven.app.screen.query_one(PictureView).render_line(3)
+            if segment.style and segment.style.color and segment.style.color.triplet
+        }
+        assert max(red) > 190
+        cut = left.with_stem("cut")
+        cut.write_bytes(left.read_bytes()[:100])
+        assert state.shown is not None
+        await driven.tell(replace(state, shown=replace(state.shown, left=cut)))
+        assert "damaged." in driven.text
+
+    drive(SMALL, script)
+
+
 class ToldImage(Widget):
     """In place of the library's widget."""
 
@@ -175,5 +228,7 @@ def test_pixels_are_left_to_the_library(tmp_path: Path, monkeypatch: pytest.Monk
         assert image.shape == (cells.height * 16, cells.width * 8, 3)
         await driven.tell(AIM)
         assert driven.app.screen.query_one(ToldImage).image is None
+        await driven.tell(spoiled(verdict(tmp_path, Status.ACCEPT), Path.unlink))
+        assert "missing." in driven.text
 
     drive(SMALL, script, Look(Pictures.SIXEL))

@@ -39,7 +39,7 @@ class Shown:
 
     record: CaptureRecord
     left: Path
-    """As the camera gave it, PGM or PPM."""
+    """As the camera gave it, PGM or PPM; PNG or JPEG where it was imported so."""
     right: Path
     pixel_format: PixelFormat
     reading: ClusterReading | None

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fieldcam.analysis.decoding import stored_image
+from fieldcam.errors import ImageUnreadable
 from fieldcam.session.state import Shown
-from fieldcam.store.raw_images import decode_raw
 from fieldcam.values import ClusterReading, Ellipse, ImageU8, PixelFormat
 
+RESTORE = "Copy it back from a backup of the data folder; its sizes are kept."
 OUTLINE = (255, 215, 95)
 STRUCK = (255, 90, 90)
 MARGIN = 1.25
@@ -25,8 +27,11 @@ _BAYER = {
 
 
 def still(shown: Shown, size: tuple[int, int]) -> ImageU8:
-    """The picture that is decided on, `size` being width and height in small pixels."""
-    raw = decode_raw(shown.left.read_bytes(), shown.left.name)
+    """The picture that is decided on, `size` being width and height in small pixels.
+
+    Raises OSError and ImageUnreadable, of which `not_there` makes a sentence.
+    """
+    raw = stored_image(shown.left)
     image = colours(raw, shown.pixel_format)
     frame = frame_of(shown.reading, (raw.shape[1], raw.shape[0]), size)
     shares = image.shape[0] / raw.shape[0]
@@ -37,6 +42,15 @@ def still(shown: Shown, size: tuple[int, int]) -> ImageU8:
         if fruitlet.id in living and fruitlet.outline is not None:
             draw(small, frame, fruitlet.outline, OUTLINE if living[fruitlet.id] else STRUCK)
     return small
+
+
+def not_there(error: OSError | ImageUnreadable) -> str:
+    """Why there is no picture, and what to do."""
+    if isinstance(error, FileNotFoundError):
+        return f"The file of this picture is missing. {RESTORE}"
+    if isinstance(error, OSError):
+        return f"The file of this picture cannot be read: {error.strerror}."
+    return f"The file of this picture is damaged. {RESTORE}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
+from textwrap import wrap
 from typing import ClassVar
 
 import numpy as np
@@ -18,10 +18,10 @@ from textual.strip import Strip
 from textual.widget import Widget
 from textual.worker import get_current_worker
 
-from fieldcam.errors import FieldcamError
+from fieldcam.errors import ImageUnreadable
 from fieldcam.session.state import Shown
 from fieldcam.tui.looks import PIXELS, Pictures
-from fieldcam.tui.picture import still
+from fieldcam.tui.picture import not_there, still
 from fieldcam.values import ImageU8
 
 HALF = "▀"
@@ -55,26 +55,27 @@ class PictureView(Widget):
     def on_picture_view_drawn(self, message: Drawn) -> None:
         message.put()
 
-    def painting(self, small: ImageU8 | None) -> Callable[[], None]:
-        """Makes in a thread what is then put on the screen; None: nothing is to be seen."""
+    def painting(self, seen: ImageU8 | str) -> Callable[[], None]:
+        """Makes in a thread what is then put on the screen: a picture, or words in its place."""
         return lambda: None
 
     def _redraw(self) -> None:
         (width, height), (columns, rows) = self.size, self.CELL_PX
         if self._shown is None or not width or not height:
             self.workers.cancel_node(self)
-            self.painting(None)()
+            self.painting("")()
             return
         self._draw(self._shown, (width * columns, height * rows))
 
     # Without a description Textual would write out the whole reading, arrays and all.
     @work(thread=True, exclusive=True, group="picture", exit_on_error=False, description="still")
     def _draw(self, shown: Shown, size: tuple[int, int]) -> None:
-        small: ImageU8 | None = None
-        # The numbers stay on the screen; the start-up check names missing files.
-        with suppress(FieldcamError, OSError):
-            small = still(shown, size)
-        put = self.painting(small)
+        seen: ImageU8 | str
+        try:
+            seen = still(shown, size)
+        except (OSError, ImageUnreadable) as error:
+            seen = not_there(error)
+        put = self.painting(seen)
         if not get_current_worker().is_cancelled:
             self.post_message(self.Drawn(put))
 
@@ -86,8 +87,10 @@ class BlockPicture(PictureView):
         super().__init__()
         self._strips: list[Strip] = []
 
-    def painting(self, small: ImageU8 | None) -> Callable[[], None]:
-        return partial(self._put, [] if small is None else self.strips(small))
+    def painting(self, seen: ImageU8 | str) -> Callable[[], None]:
+        if isinstance(seen, str):
+            return partial(self._say, seen)
+        return partial(self._put, self.strips(seen))
 
     def strips(self, small: ImageU8) -> list[Strip]:
         return half_blocks(small)
@@ -96,6 +99,11 @@ class BlockPicture(PictureView):
         if y < len(self._strips):
             return self._strips[y]
         return Strip.blank(self.size.width, self.rich_style)
+
+    def _say(self, words: str) -> None:
+        width = max(1, self.size.width)
+        lines = (line.ljust(width) for line in wrap(words, width))
+        self._put([Strip([Segment(line, self.rich_style)], width) for line in lines])
 
     def _put(self, strips: list[Strip]) -> None:
         self._strips = strips

@@ -7,6 +7,7 @@ from functools import partial
 
 from PIL import Image
 from textual.app import ComposeResult
+from textual.widgets import Static
 from textual_image.widget import SixelImage, TGPImage
 
 from fieldcam.tui.looks import Pictures
@@ -25,10 +26,16 @@ class PixelPicture(PictureView):
         self._image = SixelImage() if pictures is Pictures.SIXEL else TGPImage()
 
     def compose(self) -> ComposeResult:
+        yield Static(id="words", markup=False)
         yield self._image
 
-    def painting(self, small: ImageU8 | None) -> Callable[[], None]:
-        return partial(self._put, None if small is None else Image.fromarray(small))
+    def painting(self, seen: ImageU8 | str) -> Callable[[], None]:
+        if isinstance(seen, str):
+            return partial(self._put, None, seen)
+        return partial(self._put, Image.fromarray(seen), "")
 
-    def _put(self, image: Image.Image | None) -> None:
+    def _put(self, image: Image.Image | None, words: str) -> None:
+        told = self.query_one("#words", Static)
+        told.display = bool(words)
+        told.update(words)
         self._image.image = image
