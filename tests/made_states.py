@@ -119,11 +119,11 @@ class NotedWalk:
     def retake(self) -> None:
         self.asked.append(("retake",))
 
-    def fallen(self) -> None:
-        self.asked.append(("fallen",))
+    def fallen(self, fruitlet: int | None = None) -> None:
+        self.asked.append(("fallen", fruitlet))
 
-    def hidden(self) -> None:
-        self.asked.append(("hidden",))
+    def hidden(self, fruitlet: int | None = None) -> None:
+        self.asked.append(("hidden", fruitlet))
 
     def correct_tag(self, tag_id: int) -> None:
         self.asked.append(("correct_tag", tag_id))

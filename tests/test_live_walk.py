@@ -11,6 +11,7 @@ from live_walks import Walked, read, walked
 
 from fieldcam.analysis.status import State, Status
 from fieldcam.errors import AnalysisFailed, AnalysisOff, StorageFull
+from fieldcam.session.book import MOST_FRUITLETS
 from fieldcam.session.events import (
     AnalysisTrouble,
     CameraTrouble,
@@ -28,7 +29,7 @@ from fieldcam.store.connection import rows
 from fieldcam.store.history import visit_captures
 from fieldcam.store.judgement_rows import MarkKind
 from fieldcam.store.orchard_rows import Route
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.walks import ClusterState, expectation
 from fieldcam.values import Expectation, ReasonCode
 from fieldcam.values import Status as VerdictStatus
 
@@ -202,6 +203,52 @@ def test_fewer_fruitlets_ask_one_question(later: Walked) -> None:
     undone, state = later.after(later.live.undo, Done)
     assert undone.sentence == "Undone: the decision and the mark on tag 11."
     assert (state.tag_id, state.missing) == (11, 2)
+
+
+def test_the_fruitlet_of_the_list_is_marked(walk: Walked) -> None:
+    walk.start()
+    walk.shoot(read(11, 3))
+    done, state = walk.after(lambda: walk.live.fallen(1), Done)
+    assert done.sentence == "Fruitlet 1 of tag 11 marked fallen."
+    assert state.shown is not None and state.shown.living == 2
+    assert [seen.marks for seen in state.shown.target] == [(), (MarkKind.FALLEN,), ()]
+    done, state = walk.after(lambda: walk.live.hidden(2), Done)
+    assert state.shown is not None and (state.shown.living, state.marks) == (2, ())
+    for twice in (lambda: walk.live.fallen(1), lambda: walk.live.hidden(2)):
+        _, after = walk.after(twice, Refused)
+        assert told(after) == told(state)
+
+
+def test_no_more_are_fallen_or_hidden_than_there_were(later: Walked) -> None:
+    assert later.start().before == 5
+    for _ in range(5):
+        later.after(later.live.hidden, Done)
+    refused, state = later.after(later.live.fallen, Refused)
+    assert refused.sentence == "No more: 5 of the 5 last visit are seen or marked already."
+    assert [mark.count for mark in state.marks] == [1] * 5
+
+
+def test_a_cluster_that_nobody_counted_has_a_bound_too(walk: Walked) -> None:
+    walk.start()
+    for _ in range(MOST_FRUITLETS):
+        walk.live.hidden()
+    assert "of a cluster" in walk.after(walk.live.hidden, Refused)[0].sentence
+
+
+def test_the_same_fruitlets_are_not_counted_twice(later: Walked) -> None:
+    """The next visit expects those that are hidden, once."""
+    fewer = read(11, fruitlets=3, status=CONFIRM, code=ReasonCode.FEWER_THAN_BEFORE)
+    later.start()
+    later.after(later.live.hidden, Done)
+    later.shoot(fewer)
+    done, _ = later.after(later.live.hidden, Done)
+    assert done.sentence == "Tag 11 accepted, 2 hidden (1 of them marked before)."
+    later.after(lambda: later.live.go_to(11), Done)
+    later.after(later.live.retake, Done)
+    later.shoot(fewer)
+    done, _ = later.after(later.live.hidden, Done)
+    assert done.sentence == "Tag 11 accepted, 2 hidden (2 of them marked before)."
+    assert expectation(later.store.database, later.made.visit(9), 11).fruitlets == 5
 
 
 def test_a_wrong_tag_is_said_and_not_accepted(walk: Walked) -> None:

@@ -26,13 +26,15 @@ from fieldcam.store.judgement_rows import (
     TagCorrection,
     TargetCorrection,
 )
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows import EntryId, Row
 from fieldcam.store.walk_rows import Event, EventKind
 from fieldcam.store.walks import OPEN_STATES, ClusterState
 from fieldcam.values import HIGHEST_TAG_ID, Expectation, Status
 
 MOST_MM = 100.0
 """No apple in its first weeks is larger."""
+MOST_FRUITLETS = 20
+"""No cluster carries more."""
 MARKS = {Answer.FALLEN: MarkKind.FALLEN, Answer.HIDDEN: MarkKind.HIDDEN}
 
 
@@ -84,20 +86,22 @@ class WalkBook:
         self._move_on(tag_id)
         return f"Tag {tag_id} accepted."
 
-    def answer(self, answer: Answer) -> str:
-        """The answer to CONFIRM's question; without one, a mark for one fruitlet more."""
+    def answer(self, answer: Answer, fruitlet: int | None = None) -> str:
+        """The answer to CONFIRM's question; without one, a mark on one fruitlet.
+
+        `fruitlet` is the one that is chosen in the list; without a list it is one that
+        no picture shows.
+        """
         tag_id = self._standing()
         shown = self.view.shown(tag_id, self.view.route())
-        missing = 0 if shown is None else self._missing(shown)
-        mark = FruitletMark.on_cluster(MARKS[answer], self.view.visit, tag_id, max(1, missing))
-        if shown is None or not missing:
-            self.view.store.append(mark)
-            return f"One fruitlet of tag {tag_id} marked {answer}."
-        self._check_tag(shown)
-        # The mark comes last, so that an undo after a restart takes it back first.
-        self.view.store.append(Decision(shown.id, Action.ACCEPT, answer), mark)
-        self._move_on(tag_id)
-        return f"Tag {tag_id} accepted, {missing} {answer}."
+        if shown is not None and self._missing(shown):
+            return self._answered(answer, tag_id, shown)
+        if shown is not None and fruitlet is not None:
+            self._mark(shown, fruitlet, MARKS[answer])
+            return f"Fruitlet {fruitlet} of tag {tag_id} marked {answer}."
+        self._check_room(tag_id, shown)
+        self.view.store.append(FruitletMark.on_cluster(MARKS[answer], self.view.visit, tag_id))
+        return f"One fruitlet of tag {tag_id} marked {answer}."
 
     def retake(self) -> str:
         """The picture does not count; the cluster waits for another one."""
@@ -138,12 +142,7 @@ class WalkBook:
 
     def strike(self, fruitlet: int) -> str:
         """This is no fruitlet."""
-        shown = self._shown()
-        standing = [seen.id for seen in shown.target if seen.living]
-        if shown.record.reading is None or fruitlet not in standing:
-            raise NotNow("Choose a fruitlet of the list first.")
-        mark = FruitletMark.on_fruitlet(MarkKind.NOT_A_FRUITLET, shown.record.reading.id, fruitlet)
-        self.view.store.append(mark)
+        self._mark(self._shown(), fruitlet, MarkKind.NOT_A_FRUITLET)
         return "Struck out: no fruitlet."
 
     def king(self, capture: EntryId, fruitlet: int) -> str:
@@ -243,6 +242,42 @@ class WalkBook:
 
     def _missing(self, shown: Shown) -> int:
         return missing(shown, self.view.expectation(self._standing()).fruitlets)
+
+    def _answered(self, answer: Answer, tag_id: int, shown: Shown) -> str:
+        """The picture counts, and so many fruitlets as were not marked before."""
+        self._check_tag(shown)
+        missing = self._missing(shown)
+        before = min(missing, self._marked(tag_id))
+        rows: list[Row] = [Decision(shown.id, Action.ACCEPT, answer)]
+        if missing > before:
+            # Last, so that an undo after a restart takes it back first.
+            kind, visit = MARKS[answer], self.view.visit
+            rows.append(FruitletMark.on_cluster(kind, visit, tag_id, missing - before))
+        self.view.store.append(*rows)
+        self._move_on(tag_id)
+        known = f" ({before} of them marked before)" if before else ""
+        return f"Tag {tag_id} accepted, {missing} {answer}{known}."
+
+    def _mark(self, shown: Shown, fruitlet: int, kind: MarkKind) -> None:
+        seen = next((s for s in shown.target if s.id == fruitlet and s.living), None)
+        if shown.record.reading is None or seen is None:
+            raise NotNow("Choose a fruitlet of the list first.")
+        if kind in seen.marks:
+            raise NotNow(f"Fruitlet {fruitlet} is marked {kind} already.")
+        mark = FruitletMark.on_fruitlet(kind, shown.record.reading.id, fruitlet)
+        self.view.store.append(mark)
+
+    def _marked(self, tag_id: int) -> int:
+        """Fruitlets of this cluster that were said to be fallen or hidden today."""
+        return sum(mark.count for mark in self.view.marks(tag_id))
+
+    def _check_room(self, tag_id: int, shown: Shown | None) -> None:
+        """No more are fallen or hidden than the cluster had."""
+        before, marked = self.view.expectation(tag_id).fruitlets, self._marked(tag_id)
+        seen = 0 if shown is None else shown.living or 0
+        if marked + seen >= (MOST_FRUITLETS if before is None else before):
+            had = f"of the {before} last visit" if before is not None else "of a cluster"
+            raise NotNow(f"No more: {marked + seen} {had} are seen or marked already.")
 
     def _check_tag(self, shown: Shown) -> None:
         read, due = shown.wrong_tag, shown.record.tag_id

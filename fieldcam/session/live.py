@@ -88,11 +88,12 @@ class LiveWalk:
     def retake(self) -> None:
         self._write(self._book.retake)
 
-    def fallen(self) -> None:
-        self._write(partial(self._book.answer, Answer.FALLEN))
+    def fallen(self, fruitlet: int | None = None) -> None:
+        """The one that is chosen in the list, where CONFIRM asks nothing."""
+        self._write(partial(self._book.answer, Answer.FALLEN, fruitlet))
 
-    def hidden(self) -> None:
-        self._write(partial(self._book.answer, Answer.HIDDEN))
+    def hidden(self, fruitlet: int | None = None) -> None:
+        self._write(partial(self._book.answer, Answer.HIDDEN, fruitlet))
 
     def correct_tag(self, tag_id: int) -> None:
         """The picture shows this tag; it is read again with what is expected there."""

@@ -85,7 +85,7 @@ class VisitView:
             folder=self.store.folder.path,
             tree=trees(database, visit["block"]).get(tree or "", ""),
             learning=tag_id is None and is_learning(route, tree),
-            marks=self._marks(visit["block"], tag_id),
+            marks=self.marks(tag_id),
             warnings=tuple(_warnings(shown, route)),
             seconds_per_cluster=visit_times(database, self.visit).median_s,
             free_bytes=self.store.space.free_bytes,
@@ -123,9 +123,11 @@ class VisitView:
             self._latest = before, route, standing_at(database, route)
         return self._latest[1:]
 
-    def _marks(self, block: EntryId, tag_id: int | None) -> tuple[ClusterMark, ...]:
+    def marks(self, tag_id: int | None) -> tuple[ClusterMark, ...]:
+        """Fruitlets of a cluster that no picture of this visit shows."""
         if tag_id is None:
             return ()
+        block = row_of(self.store.database, "visit", self.visit)["block"]
         found = cluster_marks(self.store.database, block, tag_id)
         return tuple(mark for mark in found if mark.visit == self.visit)
 

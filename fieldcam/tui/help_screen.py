@@ -12,7 +12,7 @@ from fieldcam.tui.dialog import Dialog
 KEYS = """\
 Space   take the picture         Enter   accept it
 R       take it again            S       add a second view
-F       fallen                   H       hidden by a leaf
+F       > is fallen              H       > is hidden by a leaf
 T       say which tag it is      C       another cluster is the target
 X       strike a false fruitlet  N       write a note
 K       skip this cluster        U       undo the last decision

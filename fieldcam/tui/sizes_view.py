@@ -14,6 +14,7 @@ LONGEST_MM = 25.0
 BAR_COLOURS = ("primary", "foreground")
 """In turn, since full blocks touch."""
 THIN = "="
+WORDED = {MarkKind.KING: "king", MarkKind.HIDDEN: "hidden"}
 BAR_LEAST, WORDS = 6, 17
 
 
@@ -62,12 +63,13 @@ class SizesView(Words):
     def _line(self, seen: FruitletSeen, colour: str) -> Text:
         mark = ">" if seen.id == self.chosen else " "
         if not seen.living:
-            return Text(f"{mark}{seen.id:3}  struck out", "strike")
-        king = " king" if MarkKind.KING in seen.marks else ""
-        text = f"{mark}{seen.id:3}  {_size(seen.diameter_mm)}{king}"
+            gone = "fallen" if MarkKind.FALLEN in seen.marks else "struck out"
+            return Text(f"{mark}{seen.id:3}  {gone}", "strike")
+        said = "".join(f" {word}" for kind, word in WORDED.items() if kind in seen.marks)
+        text = f"{mark}{seen.id:3}  {_size(seen.diameter_mm)}{said}"
         if seen.diameter_mm is None:
             return Text(text)
-        longest = max(BAR_LEAST, self.size.width - WORDS - len(king))
+        longest = max(BAR_LEAST, self.size.width - WORDS - len(said))
         # Full blocks of neighbouring rows touch; without colours they would be one.
         glyph = THIN if self.app.no_color else BLOCK
         bar = glyph * max(1, round(min(1.0, seen.diameter_mm / LONGEST_MM) * longest))

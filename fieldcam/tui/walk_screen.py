@@ -126,17 +126,16 @@ class WalkScreen(Page):
         self._ask("Second view …", self.walk.second_view)
 
     def action_fallen(self) -> None:
-        self._ask("Fallen …", self.walk.fallen)
+        self._ask("Fallen …", partial(self.walk.fallen, self._chosen))
 
     def action_hidden(self) -> None:
-        self._ask("Hidden …", self.walk.hidden)
+        self._ask("Hidden …", partial(self.walk.hidden, self._chosen))
 
     def action_other_target(self) -> None:
         self._ask("Other target …", self.walk.other_target)
 
     def action_strike(self) -> None:
-        chosen = self.query_one(SizesView).chosen
-        if chosen is not None:
+        if (chosen := self._chosen) is not None:
             self._ask("Strike …", partial(self.walk.strike, chosen))
 
     def action_skip(self) -> None:
@@ -159,6 +158,11 @@ class WalkScreen(Page):
 
     def action_correct_tag(self) -> None:
         self.app.push_screen(AskText("Which tag is in this picture?", "integer"), self._corrected)
+
+    @property
+    def _chosen(self) -> int | None:
+        """The fruitlet that the list points at."""
+        return self.query_one(SizesView).chosen
 
     def _noted(self, text: str | None) -> None:
         if text is not None:
