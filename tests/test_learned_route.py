@@ -12,7 +12,7 @@ from stored_walks import MadeWalk, small_store
 
 from fieldcam.session.events import Done, Doubted, Refused, VerdictReady
 from fieldcam.session.state import WalkState
-from fieldcam.store.orchard_rows import Route
+from fieldcam.store.orchard_rows import Cluster, Route
 from fieldcam.values import ClusterReading, ReasonCode, Status
 
 RETAKE = Status.RETAKE
@@ -55,6 +55,14 @@ def test_each_new_tag_joins_the_tree_that_is_walked(walk: Walked) -> None:
     state = take(walk, 8)
     assert places(state) == [("1", 5), ("1", 3), ("2", 8)]
     assert (state.tag_id, state.learning, state.tree) == (None, True, "2")
+
+
+def test_tags_of_unknown_trees_have_no_next_tree(walk: Walked) -> None:
+    walk.store.append(Cluster(walk.made.block, 5), Cluster(walk.made.block, 6))
+    before = walk.start()
+    refused, state = walk.after(walk.live.next_tree, Refused)
+    assert "CSV" in refused.sentence and "E, Route" in refused.sentence
+    assert (state.tag_id, state.route) == (before.tag_id, before.route)
 
 
 def test_a_new_tag_shows_its_verdict_and_is_decided_on_like_any_other(walk: Walked) -> None:

@@ -13,6 +13,7 @@ from fieldcam.store.store import Store
 from fieldcam.values import ClusterReading
 
 FIRST_TREE = "1"
+NO_TREES = "Nothing says which tree these tags hang in: Set-up (E, Route) takes it from a CSV file."
 
 
 def learned(view: WalkView, capture: EntryId, reading: ClusterReading) -> tuple[Cluster, ...]:
@@ -35,6 +36,8 @@ def new_cluster(view: WalkView, capture: EntryId, tag_id: int) -> Cluster:
 def tree_after(view: WalkView) -> EntryId:
     """The block's next tree; past its last one a new one is made."""
     route, (_, here) = view.route(), view.place()
+    if route.stops and all(stop.tree is None for stop in route.stops):
+        raise NotNow(NO_TREES)
     known = trees(view.store.database, route.block)
     if here is None:
         return _first_tree(view.store, route.block)
