@@ -16,6 +16,7 @@ from fieldcam.store.clock import Moment
 from fieldcam.store.connection import rows
 from fieldcam.store.orchard_rows import Block, Setting
 from fieldcam.store.store import Store
+from fieldcam.store.walk_rows import Event, EventKind
 from fieldcam.store.walks import walk_route
 
 BLOOM, TARGET = Setting.BLOOM_CLUSTERS_PER_TREE, Setting.TARGET_FRUIT_PER_TREE
@@ -75,6 +76,19 @@ def test_it_resumes_with_operator_block_and_visit(told: Told) -> None:
     assert (state.operator, state.block.name, setup.visit) == ("Ana", "South", visit)
     assert (state.operators, state.blocks) == (("Ana", "Bo"), ("North", "South"))
     assert told.store.operator is not None
+
+
+@pytest.mark.parametrize("imported", [True, False])
+def test_a_block_is_remembered_that_nobody_has_walked(
+    told: Told, north: SetUp, imported: bool
+) -> None:
+    assert north.block is not None
+    if imported:
+        visit = told.store.visit(north.block, FIRST_DAY)
+        told.store.append(Event(EventKind.VISIT_ENDED, visit))
+        told.day += timedelta(days=3)
+    setup = told.again()
+    assert setup.block == north.block and setup.visit is not None
 
 
 def test_the_next_day_gets_a_visit_of_its_own(told: Told, north: SetUp) -> None:

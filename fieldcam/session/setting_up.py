@@ -22,6 +22,7 @@ from fieldcam.store.blocks import (
     SprayRecord,
     block_named,
     blocks,
+    newest_block,
     settings,
     sprays,
     trees,
@@ -84,16 +85,18 @@ class SetUp:
         """The visit that is walked; None until one is opened in this block."""
 
     def resume(self) -> None:
-        """Who walked last, and where; opens today's visit unless the day is doubtful."""
+        """Who walked last, and where; opens today's visit unless the day is doubtful.
+
+        Where no walk goes on, the block is the newest one, such as an import has made.
+        """
         name = last_operator(self._store.database, self._store.identity.device)
         if name is not None:
             self._store.sign_in(name)
             self.operator = name
         last = resume(self._store.database)
-        if last is not None:
-            self.block = last.block
-            if self.doubt() is None:
-                self.open_visit(self.today())
+        self.block = newest_block(self._store.database) if last is None else last.block
+        if self.block is not None and self.doubt() is None:
+            self.open_visit(self.today())
 
     def state(self) -> SetUpState:
         database = self._store.database
