@@ -12,7 +12,7 @@ from made_states import AIM
 from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import FIRST_DAY, small_store
 from textual.geometry import Offset
-from textual.widgets import OptionList
+from textual.widgets import Input, OptionList
 
 from fieldcam.errors import BadInput, StorageFull
 from fieldcam.session.setting_up import SetUp
@@ -174,12 +174,35 @@ def test_what_is_typed_wrongly_stays_with_a_sentence(north: SetUp) -> None:
     assert north.state() == before
 
 
+def test_a_bad_route_keeps_its_question_open(north: SetUp, tmp_path: Path) -> None:
+    route = tmp_path / "route.csv"
+    route.write_text("tree,tag\n1,5\n1,5\n")
+
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.ROUTE)
+        await driven.type(str(tmp_path / "nowhere.csv"))
+        assert "There is no file" in driven.text
+        await driven.type(str(route))
+        assert "route.csv, line 3: tag 5 is in line 2 already." in driven.text
+        assert driven.app.screen.query_one(Input).value == str(route)
+        route.write_text("tree,tag\n1,5\n1,6\n")
+        await driven.press("enter")
+        assert "planned, 2 tags" in driven.text
+
+    drive(SMALL, script, setup=north)
+
+
 WRONG: list[tuple[Callable[[str], object], str, str]] = [
     (answers.count, "", "Nothing is no whole number."),
     (answers.count, "2.5", "2.5 is no whole number."),
     (partial(answers.count, least=1, most=9), "10", "It must be between 1 and 9."),
-    (answers.number, "-3", "-3 is no number of at least 0."),
-    (answers.number, "nan", "nan is no number of at least 0."),
+    (partial(answers.count, least=1, most=9), "-1", "It must be between 1 and 9."),
+    (partial(answers.count, least=1, most=9), "9" * 5000, "It must be between 1 and 9."),
+    (answers.number, "-3", "It must be between 0 and 1000000."),
+    (answers.number, "1e300", "It must be between 0 and 1000000."),
+    (answers.number, "inf", "It must be between 0 and 1000000."),
+    (answers.number, "nan", "nan is no number."),
     (answers.file, " ", "Give the name of a file."),
     (partial(answers.name, what="The block"), "  ", "The block needs a name."),
     (partial(answers.name, what="The block"), "x" * 61, "The block: at most 60 letters."),

@@ -7,13 +7,12 @@ was written.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
-from pathlib import Path
 
 from fieldcam.exchange.capture_folder import recording_day
-from fieldcam.exchange.route_table import read_route
+from fieldcam.exchange.route_table import PlannedStop
 from fieldcam.session.doubt import NotNow
 from fieldcam.session.planning import keep_route
 from fieldcam.session.undoing import undo_last_set_up
@@ -163,9 +162,9 @@ class SetUp:
         self._store.undo(spray)
         return "The spray was struck out."
 
-    def load_route(self, path: Path) -> str:
-        """The block is walked in the order of a table."""
-        return keep_route(self._store, self._block(), read_route(path))
+    def plan_route(self, stops: Sequence[PlannedStop]) -> str:
+        """The block is walked in this order."""
+        return keep_route(self._store, self._block(), stops)
 
     def undo(self) -> str:
         """Take back the last change of this block."""

@@ -27,22 +27,27 @@ def words(text: str) -> str:
 
 
 def count(text: str, least: int = 0, most: int = 1_000_000) -> int:
-    digits = text.strip()
-    if not (digits.isascii() and digits.isdigit() and len(digits) < 10):
-        raise BadInput(f"{digits or 'Nothing'!s} is no whole number.")
-    if not least <= int(digits) <= most:
+    written = text.strip()
+    digits = written.removeprefix("-")
+    if not (digits.isascii() and digits.isdigit()):
+        raise BadInput(f"{written or 'Nothing'} is no whole number.")
+    # So many digits are out of any range, and Python refuses to read them all.
+    found = int(written) if len(digits) <= len(str(most)) else most + 1
+    if not least <= found <= most:
         raise BadInput(f"It must be between {least} and {most}.")
-    return int(digits)
+    return found
 
 
-def number(text: str) -> float:
-    """A number of at least zero; a comma may part the decimals."""
+def number(text: str, most: int = 1_000_000) -> float:
+    """A number from zero on; a comma may part the decimals."""
     try:
         found = float(text.strip().replace(",", "."))
     except ValueError:
         found = math.nan
-    if not math.isfinite(found) or found < 0:
-        raise BadInput(f"{text.strip() or 'Nothing'} is no number of at least 0.")
+    if math.isnan(found):
+        raise BadInput(f"{text.strip() or 'Nothing'} is no number.")
+    if not 0 <= found <= most:
+        raise BadInput(f"It must be between 0 and {most}.")
     return found
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from textual.app import App
 
 from fieldcam.errors import BadInput, FieldcamError
+from fieldcam.exchange.route_table import read_route
 from fieldcam.session import events
 from fieldcam.session.setting_up import MOST_TREES, SetUp, SetUpState, TreeFacts
 from fieldcam.store.orchard_rows import Block, Setting
@@ -119,7 +120,7 @@ class Questions:
 
     def route(self) -> None:
         def change(path: str) -> Change:
-            return partial(self.setup.load_route, answers.file(path))
+            return partial(self.setup.plan_route, read_route(answers.file(path)))
 
         question = (
             "A CSV file with the columns tree and tag, in walking order."
