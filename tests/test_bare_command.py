@@ -109,7 +109,13 @@ def test_without_camera_and_data_the_demo_is_offered(
 
 @pytest.mark.parametrize(
     ("key", "choice"),
-    [("enter", Choice.DEMO), ("d", Choice.DEMO), ("e", Choice.SET_UP), ("q", None)],
+    [
+        ("enter", Choice.DEMO),
+        ("d", Choice.DEMO),
+        ("e", Choice.SET_UP),
+        ("q", None),
+        ("ctrl+c", None),
+    ],
 )
 def test_the_offer_takes_one_key(key: str, choice: Choice | None) -> None:
     async def press() -> Choice | None:

@@ -16,10 +16,12 @@ from stored_walks import MadeWalk, small_store
 from terminals import PATIENCE_S, Terminal
 
 from fieldcam.cli import main
+from fieldcam.errors import ExitCode
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.history import visit_captures
 from fieldcam.tui.offer import offered
+from fieldcam.tui.walk_screen import WalkScreen
 from fieldcam.tui.wiring import run
 from fieldcam.values import RawPair
 
@@ -63,6 +65,32 @@ def test_a_signal_while_a_picture_is_taken(
     with small_store(tmp_path) as store:
         made = MadeWalk(store)
         assert len(visit_captures(store.database, made.visit())) == 1
+
+
+@pytest.mark.parametrize("in_a_thread", [False, True])
+def test_a_defect_of_a_screen_is_in_the_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, in_a_thread: bool
+) -> None:
+    def defect() -> None:
+        raise ZeroDivisionError("a bug")
+
+    def skip(screen: WalkScreen) -> None:
+        if in_a_thread:
+            screen.run_worker(defect, thread=True)
+        else:
+            defect()
+
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setattr("fieldcam.cli.app.open_app", lambda data, parser: walk_in(data))
+    monkeypatch.setattr(WalkScreen, "action_skip", skip)
+    with Terminal(lambda: exit(main(["--data", str(tmp_path)]))) as terminal:
+        terminal.wait_for("aim, press Space")
+        terminal.press("k")
+        assert terminal.ended() == ExitCode.DEFECT
+        assert terminal.left_on() == []
+        assert "Traceback" not in terminal.seen and "fieldcam.log" in terminal.seen
+    log = (tmp_path / "state/fieldcam/fieldcam.log").read_text()
+    assert "ZeroDivisionError: a bug" in log and "in defect" in log
 
 
 def test_a_signal_where_the_demo_is_offered() -> None:

@@ -293,6 +293,17 @@ def test_keys_that_come_too_late_for_a_page_take_no_other_away(keys: tuple[str, 
     drive(SMALL, script)
 
 
+@pytest.mark.parametrize("keys", ["", "o", "l", "a", "v", "b", "i"])
+def test_ctrl_c_says_which_key_ends_the_app(keys: str) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(AIM)
+        await driven.press(*keys, "ctrl+c")
+        assert "Q ends the walk" in driven.text
+        assert not driven.app.screen.query("Toast")
+
+    drive(SMALL, script)
+
+
 def test_letters_mean_the_same_with_caps_lock() -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(AIM)

@@ -48,6 +48,7 @@ from fieldcam.tui.sound import Silence, Sound
 from fieldcam.tui.walk_screen import WalkScreen
 
 LOG_LINES = 500
+HOW_TO_END = "Q ends the walk, Ctrl+Q from anywhere; started again, it goes on here."
 OF_THE_WALK = ("route", "aim", "cluster", "block", "device", "log", "restart_analysis")
 DAY = Field("Day, such as 2026-05-19")
 USUAL_LOOK = Look()
@@ -205,6 +206,10 @@ class FieldcamApp(EndableApp[None]):
     def action_restart_analysis(self) -> None:
         if self.walk is not None:
             self.walk.restart_analysis()
+
+    def action_help_quit(self) -> None:
+        """Ctrl+C, which most people press without thinking; on the line of the screen."""
+        self._tell(News(HOW_TO_END))
 
     def action_command_palette(self) -> None:
         """Textual's own, with a prompt that every font can show."""

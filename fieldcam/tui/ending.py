@@ -17,6 +17,7 @@ from typing import IO, Any, Generic, TypeVar, cast
 from textual.app import App
 from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
+from textual.worker import WorkerFailed
 
 from fieldcam.errors import Stopped
 
@@ -74,6 +75,21 @@ class EndableApp(App[Result], Generic[Result]):
         self._is_to_end = True
         if self._loop_of_app is not None:
             self._loop_of_app.call_soon_threadsafe(self.exit)
+
+    def action_help_quit(self) -> None:
+        """Ctrl+C; Textual's own answer covers the buttons."""
+        self.exit()
+
+    def raise_defect(self) -> None:
+        """To be called when it has run; raises where it ended in the middle, and why."""
+        if self.return_code:
+            error = self._exception
+            cause = error.error if isinstance(error, WorkerFailed) else error
+            raise RuntimeError("The screen ended in the middle.") from cause
+
+    def _fatal_error(self) -> None:
+        """Without Textual's traceback on the terminal; the log gets it by `raise_defect`."""
+        self._close_messages_no_wait()
 
 
 @contextmanager

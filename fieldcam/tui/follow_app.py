@@ -110,5 +110,4 @@ def follow(data: Path) -> None:
     app = FollowApp(partial(Follower, data))
     with ended_by_signals(app):
         app.run()
-    if app.return_code:
-        raise RuntimeError("The screen ended in the middle.")
+    app.raise_defect()

@@ -22,7 +22,7 @@ A       aim; Space or a remote's key fires there too, G by itself
 O       route: go to any cluster V       this cluster on all days
 B       block: sizes, missing    I       device: camera, disk, battery
 L       log                      D       day or night colours
-Ctrl+P  all commands             Q       end the walk
+Ctrl+P  all commands             Q       end the walk; Ctrl+Q anywhere
 On Cluster: left, right pictures; K the king; M one measured by hand;
 PgUp, PgDn what was said. On Device: R starts the analysis again.
 

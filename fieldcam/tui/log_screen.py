@@ -12,6 +12,7 @@ from textual.widgets import Static
 
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
+from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 
 
@@ -33,10 +34,17 @@ class LogScreen(Page):
             yield Static(id="text", markup=False)
         yield Static(id="analysis", markup=False)
 
+    def hear(self, told: News) -> None:
+        """It is among the lines."""
+        self._write()
+
     def show(self, state: WalkState) -> None:
         super().show(state)
-        self.query_one("#text", Static).update("\n".join(self._lines))
-        self.query_one("#lines").scroll_end(animate=False)
+        self._write()
         status = state.analysis
         said = f"camera {state.camera}, analysis {status.state}, restarts {status.restarts}"
         self.query_one("#analysis", Static).update(f"{said}   {status.last_error}".rstrip())
+
+    def _write(self) -> None:
+        self.query_one("#text", Static).update("\n".join(self._lines))
+        self.query_one("#lines").scroll_end(animate=False)

@@ -57,4 +57,6 @@ def offered(no_camera: str) -> Choice | None:
     """Ask; raises Stopped where a signal ended it."""
     offer = Offer(no_camera)
     with ended_by_signals(offer):
-        return offer.run()
+        choice = offer.run()
+    offer.raise_defect()
+    return choice

@@ -14,6 +14,7 @@ from textual.widgets import DataTable, Static
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
 from fieldcam.store.walks import ClusterState, Stop
+from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 from fieldcam.tui.telling import progress
 
@@ -65,6 +66,10 @@ class RouteScreen(Page):
             row=(here if first else cursor).row, column=(here if first else cursor).column
         )
         self.query_one("#progress", Static).update(progress(state))
+
+    def hear(self, told: News) -> None:
+        """In place of the hint."""
+        self.query_one("#hint", Static).update(Text(told.sentence))
 
     def on_data_table_cell_selected(self, event: DataTable.CellSelected) -> None:
         tag_id = self._tags.get(event.coordinate)

@@ -76,5 +76,4 @@ def run(
         finally:
             if app.walk is not None:
                 app.walk.close()
-    if app.return_code:
-        raise RuntimeError("The screen ended in the middle.")
+    app.raise_defect()
