@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from live_walks import read
-from made_states import shown_with
+from made_states import AIM, shown_with
 from textual.color import Color
 from textual.theme import Theme
 
@@ -18,6 +18,7 @@ from fieldcam.tui.letters import HEIGHT, big, shape
 from fieldcam.tui.picture import OUTLINE, STRUCK, Frame, colours, frame_of, shrink, still
 from fieldcam.tui.picture_view import full_cells, half_blocks
 from fieldcam.tui.sound import Bell, Player, Silence, Tune, chosen_sound, waves
+from fieldcam.tui.telling import banner, sizes_heading
 from fieldcam.values import PixelFormat
 
 LEAST_CONTRAST = 7.0
@@ -34,6 +35,17 @@ def test_bars_can_be_read_in_the_sun(theme: Theme) -> None:
     assert contrast(theme.foreground, theme.panel) >= LEAST_CONTRAST
     key, ground = (theme.variables[f"footer-{name}"] for name in ("key-foreground", "background"))
     assert contrast(key, ground) >= LEAST_CONTRAST
+
+
+def test_one_of_a_thing_is_not_many(tmp_path: Path) -> None:
+    one = replace(AIM, before=1)
+    assert banner(one).sentence.endswith("Last visit it had 1 fruitlet.")
+    assert sizes_heading(replace(one, shown=shown_with(tmp_path, read(12, 1)))).startswith(
+        "1 fruitlet, last visit 1"
+    )
+    assert sizes_heading(replace(AIM, shown=shown_with(tmp_path, read(12, 2)))).startswith(
+        "2 fruitlets, last visit 5"
+    )
 
 
 def test_one_key_leads_to_the_other_theme_and_back() -> None:

@@ -136,7 +136,7 @@ def test_trees_numbers_and_sprays(told: Told, north: SetUp) -> None:
     assert [(t.label, t.bloom_clusters) for t in state.trees] == [("1", 120), ("2", 95), ("3", 120)]
     assert (state.number(BLOOM), state.number(TARGET)) == (120, 40)
     assert [(s.product, s.rate) for s in state.sprays] == [("Brevis", "2.2 kg/ha")]
-    with pytest.raises(BadInput, match="There are 3 trees already"):
+    with pytest.raises(BadInput, match="The block has 3 trees already"):
         north.set_trees(2)
 
 

@@ -21,6 +21,7 @@ from fieldcam.cli.launcher import launch
 from fieldcam.cli.networks import checked_models
 from fieldcam.errors import BadInput
 from fieldcam.values import Status
+from fieldcam.words import number_of
 
 if TYPE_CHECKING:
     from fieldcam.camera.simulated import SimulatedCamera
@@ -123,7 +124,7 @@ def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredV
     from fieldcam.simulator.capture import FIRST_DAY
     from fieldcam.store import orchard_rows
 
-    name = f"Simulated row {block.seed}, {len(block.clusters)} clusters"
+    name = f"Simulated row {block.seed}, {number_of(len(block.clusters), 'cluster')}"
     store.sign_in("demo")
     stored = store.block(orchard_rows.Block(name))
     for day in days:

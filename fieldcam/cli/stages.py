@@ -19,6 +19,7 @@ from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import checked_models, open_raft, open_segmenter
 from fieldcam.errors import BadInput
 from fieldcam.values import TAG_SIZE_MM, FloatMap, Instance, Matcher, StereoPair, TagPose
+from fieldcam.words import number_of
 
 if TYPE_CHECKING:
     from fieldcam.values import Calibration, ImageU8
@@ -71,7 +72,7 @@ def _tags(arguments: argparse.Namespace) -> None:
     if arguments.json:
         emit_json({"tags": [_tag_entry(tag) for tag in tags]})
         return
-    narrate(f"{len(tags)} {'tag' if len(tags) == 1 else 'tags'} found.")
+    narrate(f"{number_of(len(tags), 'tag')} found.")
     rows = [["tag", "centre x", "centre y", "range mm"]]
     rows += [[str(t.id), *(f"{v:.1f}" for v in t.center_px), _text(t.range_mm, 1)] for t in tags]
     for line in table(rows, ">>>>") if tags else ():
@@ -87,7 +88,7 @@ def _segment(arguments: argparse.Namespace) -> None:
     if arguments.json:
         emit_json({"instances": [_instance_entry(instance) for instance in instances]})
         return
-    narrate(f"{len(instances)} {'fruitlet' if len(instances) == 1 else 'fruitlets'} found.")
+    narrate(f"{number_of(len(instances), 'fruitlet')} found.")
     rows = [["score", "area px", "x0", "y0", "x1", "y1"]]
     rows += [
         [f"{i.score:.2f}", str(i.visible.area_px), *(f"{v:.1f}" for v in i.box_px)]

@@ -10,6 +10,7 @@ from fieldcam.store.connection import writing
 from fieldcam.store.orchard_rows import Cluster, Route, Tree
 from fieldcam.store.rows import Draft, EntryId, new_id
 from fieldcam.store.store import Store
+from fieldcam.words import number_of
 
 
 def keep_route(store: Store, block: EntryId, stops: Sequence[PlannedStop]) -> str:
@@ -23,4 +24,4 @@ def keep_route(store: Store, block: EntryId, stops: Sequence[PlannedStop]) -> st
         order = Route(block, tuple(stop.tag_id for stop in stops))
         # Together, so that one undo takes it back.
         store.append(*new.values(), *clusters, order)
-    return f"The route has {len(stops)} tags in {len(labels)} trees."
+    return f"The route has {number_of(len(stops), 'tag')} in {number_of(len(labels), 'tree')}."

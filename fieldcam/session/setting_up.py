@@ -36,6 +36,7 @@ from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.store.walk_rows import Event, EventKind
 from fieldcam.store.walks import is_planned
+from fieldcam.words import number_of
 
 MOST_TREES = 10_000
 
@@ -140,13 +141,13 @@ class SetUp:
         block = self._block()
         labels = set(trees(self._store.database, block).values())
         if count < len(labels):
-            raise NotNow(f"There are {len(labels)} trees already.")
+            raise NotNow(f"The block has {number_of(len(labels), 'tree')} already.")
         if count > MOST_TREES:
             raise NotNow(f"A block has at most {MOST_TREES} trees.")
         free = (str(n) for n in range(1, 2 * count + 1) if str(n) not in labels)
         new = [Tree(block, next(free)) for _ in range(count - len(labels))]
         self._store.append(*new)
-        return f"The block has {count} trees."
+        return f"The block has {number_of(count, 'tree')}."
 
     def set_number(self, name: Setting, value: float, tree: EntryId | None = None) -> str:
         """A number for the block, or for one of its trees."""

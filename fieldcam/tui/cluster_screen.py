@@ -27,6 +27,7 @@ from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.sizes_view import SizesView
+from fieldcam.words import number_of
 
 NO_CLUSTERS = "This block has no clusters yet."
 
@@ -145,7 +146,8 @@ class ClusterScreen(Page):
             return History(days, words, _shown(database, objects, days, picture))
 
         def show(found: History) -> None:
-            counts = f"{len(found.days)} days, {len(found.pictures)} pictures"
+            days, pictures = len(found.days), len(found.pictures)
+            counts = f"{number_of(days, 'day')}, {number_of(pictures, 'picture')}"
             self._write(f"Tag {tag_id}{tree}   {counts}", found)
 
         self.look_up(state.folder, read, show)

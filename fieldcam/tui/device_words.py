@@ -14,6 +14,7 @@ from fieldcam.session.battery import Battery
 from fieldcam.session.state import CameraState
 from fieldcam.store.usage import LastCamera
 from fieldcam.values import TAG_SIZE_MM
+from fieldcam.words import number_of
 
 CAMERA = {
     CameraState.OPENING: "is being opened",
@@ -62,7 +63,8 @@ def model_facts(models: Models | None) -> Iterator[Fact]:
 
 
 def disk_fact(disk: Disk) -> Fact:
-    room = "" if disk.captures_left is None else f", room for {disk.captures_left:,} pictures"
+    left = disk.captures_left
+    room = "" if left is None else f", room for {number_of(left, 'picture')}"
     reserve = "no reserve"
     if disk.reserve_bytes:
         reserve = f"{disk.reserve_bytes / 1e6:.0f} MB in reserve"
@@ -87,7 +89,8 @@ def calibration_facts(sizes: TagSizes | None) -> Iterator[Fact]:
         yield Fact("calibration", f"known after {LEAST_PICTURES} pictures with a tag")
         return
     measured = f"tag printed {TAG_SIZE_MM} mm, measured {sizes.measured_mm:.2f} mm"
-    yield Fact("calibration", f"{measured} in {len(sizes.errors)} pictures", sizes.drifted)
+    pictures = number_of(len(sizes.errors), "picture")
+    yield Fact("calibration", f"{measured} in {pictures}", sizes.drifted)
     if sizes.drifted:
         text = f"DRIFT: sizes are off by about {sizes.drift:+.1%}; have the camera calibrated"
         yield Fact("", text, bad=True)

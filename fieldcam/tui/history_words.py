@@ -20,6 +20,7 @@ from fieldcam.store.judgement_rows import (
 )
 from fieldcam.store.rows import EntryId
 from fieldcam.store.said import Saying, Word
+from fieldcam.words import number_of
 
 DECIDED = {
     Action.ACCEPT: "accepted",
@@ -52,7 +53,8 @@ def picture_line(record: CaptureRecord, place: int, count: int) -> str:
 
 def picture_heading(record: CaptureRecord) -> str:
     """Above the sizes of one picture."""
-    return "No sizes yet" if record.reading is None else f"{record.reading.living} fruitlets"
+    reading = record.reading
+    return "No sizes yet" if reading is None else number_of(reading.living, "fruitlet")
 
 
 def day_lines(days: Sequence[ClusterDay]) -> Iterator[str]:

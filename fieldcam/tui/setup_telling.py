@@ -8,6 +8,7 @@ from enum import StrEnum
 from fieldcam.session.setting_up import SetUpState, TreeFacts
 from fieldcam.store.blocks import BlockSummary, SprayRecord
 from fieldcam.store.orchard_rows import Setting
+from fieldcam.words import number_of
 
 WIDTH = 28
 """Columns of the names."""
@@ -90,5 +91,5 @@ def _sprays(state: SetUpState) -> str:
 def _route(state: SetUpState) -> str:
     clusters = 0 if state.block is None else state.block.clusters
     if state.planned:
-        return f"planned, {clusters} tags"
-    return f"learned by walking, {clusters} tags so far"
+        return f"planned, {number_of(clusters, 'tag')}"
+    return f"learned by walking, {number_of(clusters, 'tag')} so far"

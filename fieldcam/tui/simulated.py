@@ -22,6 +22,7 @@ from fieldcam.store.store import Store, open_store
 from fieldcam.store.walks import walk_route
 from fieldcam.tui.hand_aimed import start_walk, tricks
 from fieldcam.tui.wiring import run
+from fieldcam.words import number_of
 
 CLUSTERS_PER_TREE = 2
 
@@ -49,7 +50,7 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
 
 def _block(store: Store, seed: int, row: SimulatedRow) -> EntryId:
     """The row as a block of trees, made when it is new."""
-    block = store.block(Block(f"Row {seed}, {len(row.tag_ids)} clusters, by hand"))
+    block = store.block(Block(f"Row {seed}, {number_of(len(row.tag_ids), 'cluster')}, by hand"))
     if not walk_route(store.database, store.visit(block, row.first_day)).stops:
         for index, tag_id in enumerate(row.tag_ids):
             tree = store.tree(block, str(index // CLUSTERS_PER_TREE + 1))

@@ -10,6 +10,7 @@ from fieldcam.session.state import CameraState, Shown, Stage, WalkState
 from fieldcam.store.judgement_rows import Action
 from fieldcam.store.walks import OPEN_STATES
 from fieldcam.values import ReasonCode, Status
+from fieldcam.words import number_of
 
 
 class Tone(StrEnum):
@@ -129,7 +130,7 @@ def sizes_heading(state: WalkState) -> str:
         return ""
     before = "" if state.before is None else f", last visit {state.before}"
     marks = "".join(f", {mark.count} {mark.mark}" for mark in state.marks)
-    return f"{state.shown.living} fruitlets{before}{marks}"
+    return f"{number_of(state.shown.living, 'fruitlet')}{before}{marks}"
 
 
 def _before_the_picture(state: WalkState) -> Banner:
@@ -142,7 +143,9 @@ def _before_the_picture(state: WalkState) -> Banner:
         known = "No cluster that is known is left. " if state.route.stops else ""
         sentence = f"{known}Aim at a tag{tree}, press Space: it joins the route. W: next tree."
         return Banner("AIM", "none", Tone.PLAIN, sentence)
-    before = "" if state.before is None else f" Last visit it had {state.before} fruitlets."
+    before = ""
+    if state.before is not None:
+        before = f" Last visit it had {number_of(state.before, 'fruitlet')}."
     return Banner("AIM", "none", Tone.PLAIN, f"Tag {state.tag_id}: aim, press Space.{before}")
 
 

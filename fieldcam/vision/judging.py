@@ -22,6 +22,7 @@ from fieldcam.values import (
 from fieldcam.vision.evidence import Evidence, Quality
 from fieldcam.vision.findings import Finding, confirm, retake
 from fieldcam.vision.judging_eyes import judge_eyes
+from fieldcam.words import number_of
 
 LEAST_FRUIT_BRIGHTNESS = 50.0
 LEAST_WHITE_LEVEL = 50.0
@@ -118,7 +119,8 @@ def _fruit(evidence: Evidence, explained: bool) -> Iterator[Finding]:
     if not explained and _lost(evidence, evidence.tag) >= len(target):
         yield NO_DEPTH
     if before is not None and len(target) < before:
-        text = f"{len(target)} fruitlets, last visit {before}: fallen, or hidden by a leaf?"
+        seen = number_of(len(target), "fruitlet")
+        text = f"{seen}, last visit {before}: fallen, or hidden by a leaf?"
         yield confirm(ReasonCode.FEWER_THAN_BEFORE, text)
 
 
