@@ -70,6 +70,7 @@ def test_the_document_counts_and_a_second_run_adds_nothing(
         "added": 3,
         "known": 0,
         "skipped": 0,
+        "unpaired": 0,
         "analysed": 3,
         "accepted": 3,
         "retakes": 0,
@@ -87,7 +88,8 @@ def test_bad_pairs_are_listed_at_the_end_with_one_sentence_each(
     (folder / "2026-05-25" / "9_0_left.png").write_bytes(b"x")
     code, out, err = run(capsys, folder, "--block", "North")
     assert code == ExitCode.OK
-    assert "of 3 pairs 2 were added, 0 were there before, 1 were skipped" in out
+    assert "Block North: 3 pairs; 2 added, 0 there before, 1 skipped." in out
+    assert "Left out: 1 image without the other eye's." in out
     listed = [line.strip() for line in out.partition("Problems:\n")[2].splitlines()][:3]
     assert listed == [
         "2026-05-21/17_1_left.png is empty.",
@@ -95,7 +97,8 @@ def test_bad_pairs_are_listed_at_the_end_with_one_sentence_each(
         "2026-05-25/9_1_left.png: 9_1_left.png has no partner from the other eye.",
     ]
     assert err.splitlines() == ["1 of 3", "2 of 3", "3 of 3"]
-    assert len(document(capsys, folder)["problems"]) == 3
+    again = document(capsys, folder)
+    assert (again["unpaired"], len(again["problems"])) == (1, 3)
 
 
 def test_a_day_without_calibration_is_listed_once(

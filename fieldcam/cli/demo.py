@@ -56,6 +56,10 @@ def register(commands: Subparsers[Parser]) -> None:
     demo.add_argument(
         "--replay", type=Path, metavar="DIR", help="walk a folder of captures in the app instead"
     )
+    demo.epilog = (
+        "Its pictures lie in a data folder of their own: DIR of --data, else the one of"
+        " FIELDCAM_DATA with -demo behind its name, else the user's own fieldcam-demo."
+    )
     add_json(demo)
 
 

@@ -15,6 +15,7 @@ from fieldcam.cli.networks import checked_models
 from fieldcam.cli.progress import progress
 from fieldcam.errors import BadInput
 from fieldcam.values import Status
+from fieldcam.words import number_of
 
 if TYPE_CHECKING:
     from fieldcam.exchange.capture_folder import CaptureFolder, FolderProblem
@@ -41,7 +42,7 @@ def _import(arguments: argparse.Namespace) -> None:
     models = checked_models(arguments.data)
     outcomes = tuple(progress(_outcomes(arguments, found), len(found.captures)))
     problems = _problems(found, outcomes)
-    counts = _counts(outcomes)
+    counts = _counts(found, outcomes)
     if arguments.json:
         narrate(models.honesty)
         entries = [{"path": str(problem.path), "text": problem.text} for problem in problems]
@@ -76,13 +77,14 @@ def _problems(found: CaptureFolder, outcomes: Sequence[Outcome]) -> tuple[Folder
     return tuple(sorted([*found.problems, *of_pairs]))
 
 
-def _counts(outcomes: Sequence[Outcome]) -> dict[str, int]:
+def _counts(found: CaptureFolder, outcomes: Sequence[Outcome]) -> dict[str, int]:
     fates = Counter(str(each.fate) for each in outcomes)
     read = [each.status for each in outcomes if each.status is not None]
     retakes = read.count(Status.RETAKE)
     return {
         "pairs": len(outcomes),
         **{fate: fates[fate] for fate in ("added", "known", "skipped")},
+        "unpaired": sum(problem.unpaired for problem in found.problems),
         "analysed": len(read),
         "accepted": len(read) - retakes,
         "retakes": retakes,
@@ -93,13 +95,15 @@ def _lines(
     arguments: argparse.Namespace, counts: dict[str, int], problems: Sequence[FolderProblem]
 ) -> Iterator[str]:
     yield (
-        f"Block {arguments.block}: of {counts['pairs']} pairs {counts['added']} were added,"
-        f" {counts['known']} were there before, {counts['skipped']} were skipped."
+        f"Block {arguments.block}: {number_of(counts['pairs'], 'pair')}; {counts['added']} added,"
+        f" {counts['known']} there before, {counts['skipped']} skipped."
     )
     yield (
-        f"{counts['analysed']} were analysed: {counts['accepted']} are accepted,"
+        f"Analysed: {counts['analysed']}; {counts['accepted']} accepted,"
         f" {counts['retakes']} would have to be taken again."
     )
+    if counts["unpaired"]:
+        yield f"Left out: {number_of(counts['unpaired'], 'image')} without the other eye's."
     if problems:
         yield "\nProblems:"
         yield from (f"  {_shown(arguments.folder, problem)}" for problem in problems)

@@ -58,6 +58,8 @@ class FolderProblem:
 
     path: Path
     text: str
+    unpaired: bool = False
+    """It is one eye's image without the other's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +148,7 @@ def _read_day(folder: Path, day: date, calibration: Path | None) -> Found:
 
 
 def _lonely(path: Path) -> FolderProblem:
-    return FolderProblem(path, f"{path.name} has no partner from the other eye.")
+    return FolderProblem(path, f"{path.name} has no partner from the other eye.", unpaired=True)
 
 
 def _read_recordings(folder: Path) -> Found:
