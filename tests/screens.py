@@ -19,6 +19,7 @@ from fieldcam.session.state import WalkState
 from fieldcam.tui.app import USUAL_LOOK, FieldcamApp
 from fieldcam.tui.looks import Look
 from fieldcam.tui.sound import Tune
+from fieldcam.tui.trick import Trick
 
 SMALL, LARGE = (80, 24), (120, 40)
 GOLDEN = Path(__file__).parent / "golden"
@@ -51,7 +52,7 @@ class Driven:
             self._start,
             self.sound,
             lines,
-            {"Camera: trick": self._trick},
+            [Trick("Camera: trick", "Tricks it", self._trick)],
             look=look,
             setup=setup,
         )

@@ -263,6 +263,7 @@ def test_a_camera_without_hardware_has_its_tricks_in_the_palette() -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(AIM)
         await driven.press("ctrl+p", *"trick")
+        assert "Tricks it" in driven.text
         await driven.press("enter")
         await driven.settle()
         assert "The camera was tricked." in driven.text

@@ -170,17 +170,18 @@ def test_its_own_shutter_can_be_pressed(camera: AimedCamera) -> None:
 
 
 def test_each_mishap_is_a_command_of_the_palette(camera: AimedCamera) -> None:
-    commands = tricks(camera, Mishap)
+    commands = {trick.name: trick for trick in tricks(camera, Mishap)}
     assert len(commands) == len(Mishap) + 2
     pressed: list[str] = []
     camera.watch_shutter(lambda: pressed.append("pressed"))
-    for name, command in commands.items():
-        assert name.startswith("Camera: ") and command().endswith(".")
+    for command in commands.values():
+        assert command.name.startswith("Camera: ") and command.play().endswith(".")
+    assert len({command.does for command in commands.values()}) == len(commands)
     assert pressed == ["pressed"]
-    commands["Camera: unplug it"]()
+    commands["Camera: unplug it"].play()
     with pytest.raises(CameraUnplugged):
         camera.preview(1)
-    commands["Camera: plug it in"]()
+    commands["Camera: plug it in"].play()
     assert camera.capture(PATIENCE_S).simulated
 
 

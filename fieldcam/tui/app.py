@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Sequence
 from datetime import date, datetime
 from functools import partial
 from pathlib import PurePath
@@ -45,6 +45,7 @@ from fieldcam.tui.route_screen import RouteScreen
 from fieldcam.tui.setup_questions import Questions, carried_out
 from fieldcam.tui.setup_screen import SetUpScreen
 from fieldcam.tui.sound import Silence, Sound
+from fieldcam.tui.trick import Trick
 from fieldcam.tui.walk_screen import WalkScreen
 
 LOG_LINES = 500
@@ -86,14 +87,14 @@ class FieldcamApp(EndableApp[None]):
         start: Callable[[events.Listener], Walk],
         sound: Sound | None = None,
         lines: Iterable[str] = (),
-        tricks: Mapping[str, Callable[[], str]] | None = None,
+        tricks: Sequence[Trick] = (),
         models: Models | None = None,
         look: Look = USUAL_LOOK,
         setup: SetUp | None = None,
     ) -> None:
         """`lines` are what the log begins with, such as what the start-up check found.
 
-        `tricks` are more commands of the palette by their names; each says what it did.
+        `tricks` are more commands of the palette.
         With a `setup`, `start` makes the walk of its visit.
         """
         # Without colours the terminal's own are left alone; bold and reverse stay.
@@ -107,7 +108,7 @@ class FieldcamApp(EndableApp[None]):
         self.walk: Walk | None = None
         self.state: WalkState | None = None
         self.automatic = Automatic()
-        self._tricks = tricks or {}
+        self._tricks = tuple(tricks)
         self.log_lines: deque[str] = deque(lines, maxlen=LOG_LINES)
         for theme in themes.ALL:
             self.register_theme(theme)
@@ -221,9 +222,8 @@ class FieldcamApp(EndableApp[None]):
         yield SystemCommand("Aim", "What the camera sees", self.action_aim)
         learn = "A button of yours takes the picture"
         yield SystemCommand("Learn a remote's key", learn, self.action_learn_key)
-        for name, trick in self._tricks.items():
-            told = partial(self._play, trick)
-            yield SystemCommand(name, "Of a camera without hardware", told)
+        for trick in self._tricks:
+            yield SystemCommand(trick.name, trick.does, partial(self._play, trick))
         yield SystemCommand("Cluster", "Pictures and sizes of all days", self.action_cluster)
         yield SystemCommand("Block", "Sizes by day, what is missing", self.action_block)
         device = "Camera, networks, disk, battery, analysis"
@@ -312,8 +312,8 @@ class FieldcamApp(EndableApp[None]):
             self.set_keymap({"shoot": shutter_keys(key)})
             self._tell(News(f"{key} takes the picture now. {VARIABLE}={key} keeps it."))
 
-    def _play(self, trick: Callable[[], str]) -> None:
-        self._tell(News(trick()))
+    def _play(self, trick: Trick) -> None:
+        self._tell(News(trick.play()))
 
     def _dressed(self, page: Page) -> Page:
         page.pictures = self._look.pictures

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from functools import partial
 
 from fieldcam.analysis.requests import Setup
@@ -12,6 +12,7 @@ from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
+from fieldcam.tui.trick import Trick
 from fieldcam.tui.wiring import Rig
 
 DEADLINE_S = 120.0
@@ -19,14 +20,22 @@ DEADLINE_S = 120.0
 LIMITS = Limits(pair_s=30.0)
 """Rendering takes the cores that the analysis has to itself in the field."""
 TRICKS = {
-    Mishap.UNPLUGGED: ("unplug it", "The camera is unplugged."),
-    Mishap.SLOW: ("be slow", "The next picture comes too late."),
-    Mishap.DARK: ("no flash", "The next picture is dark."),
-    Mishap.BLURRED: ("shake it", "The next picture is blurred."),
-    Mishap.MISPAIRED: ("mix up pairs", "The next picture has eyes of two moments."),
-    Mishap.SWAPPED_EYES: ("swap its eyes", "The next picture has its eyes swapped."),
+    Mishap.UNPLUGGED: ("unplug it", "The camera is unplugged.", "Gone until it is plugged in"),
+    Mishap.SLOW: ("be slow", "The next picture comes too late.", "Misses the next picture"),
+    Mishap.DARK: ("no flash", "The next picture is dark.", "The next one is too dark"),
+    Mishap.BLURRED: ("shake it", "The next picture is blurred.", "The next one is blurred"),
+    Mishap.MISPAIRED: (
+        "mix up pairs",
+        "The next picture has eyes of two moments.",
+        "The next one has eyes of two moments",
+    ),
+    Mishap.SWAPPED_EYES: (
+        "swap its eyes",
+        "The next picture has its eyes swapped.",
+        "The next one has left and right exchanged",
+    ),
 }
-"""What a command is called, and what it says."""
+"""What a command is called, what it says, and what comes of it."""
 
 
 def start_walk(
@@ -46,12 +55,19 @@ def start_walk(
     return Rig(camera.open, setup, LIMITS, DEADLINE_S).walk(store, visit, aim_and_tell)
 
 
-def tricks(camera: AimedCamera, mishaps: Iterable[Mishap]) -> Mapping[str, Callable[[], str]]:
-    """Commands for the palette, by their names."""
-    found = {f"Camera: {TRICKS[each][0]}": partial(_misbehave, camera, each) for each in mishaps}
-    found["Camera: plug it in"] = partial(_plug_in, camera)
-    found["Camera: press its shutter"] = partial(_press, camera)
-    return found
+def tricks(camera: AimedCamera, mishaps: Iterable[Mishap]) -> tuple[Trick, ...]:
+    """Commands for the palette."""
+    press = "Takes the picture, as a button on the camera does"
+    return (
+        *(_trick(camera, mishap) for mishap in mishaps),
+        Trick("Camera: plug it in", "It is found in a moment", partial(_plug_in, camera)),
+        Trick("Camera: press its shutter", press, partial(_press, camera)),
+    )
+
+
+def _trick(camera: AimedCamera, mishap: Mishap) -> Trick:
+    name, _, comes = TRICKS[mishap]
+    return Trick(f"Camera: {name}", comes, partial(_misbehave, camera, mishap))
 
 
 def _misbehave(camera: AimedCamera, mishap: Mishap) -> str:

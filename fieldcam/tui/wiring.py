@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from fieldcam.analysis.requests import Setup
@@ -22,6 +22,7 @@ from fieldcam.tui.app import FieldcamApp
 from fieldcam.tui.ending import ended_by_signals
 from fieldcam.tui.looks import chosen_look
 from fieldcam.tui.sound import VARIABLE, chosen_sound
+from fieldcam.tui.trick import Trick
 
 SWITCH_S = 0.001
 """How long one thread may keep the interpreter from the others: to save a picture it is
@@ -55,7 +56,7 @@ class Rig:
 def run(
     start: Callable[[Listener], LiveWalk],
     lines: Sequence[str] = (),
-    tricks: Mapping[str, Callable[[], str]] | None = None,
+    tricks: Sequence[Trick] = (),
     models: Models | None = None,
     setup: SetUp | None = None,
 ) -> None:
