@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from stored_walks import FIRST_DAY, small_store
 
-from fieldcam.errors import BadInput
+from fieldcam.errors import BadInput, StorageFull
 from fieldcam.exchange.route_table import read_route
 from fieldcam.session.setting_up import SetUp, SetUpState, day_of
 from fieldcam.store.clock import Moment
@@ -90,6 +90,23 @@ def test_a_block_is_remembered_that_nobody_has_walked(
         told.day += timedelta(days=3)
     setup = told.again()
     assert setup.block == north.block and setup.visit is not None
+
+
+def test_a_full_disk_stops_no_start(
+    told: Told, north: SetUp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise StorageFull("No room is left.")
+
+    north.sign_in("Ana")
+    north.open_visit(FIRST_DAY)
+    with monkeypatch.context() as patch:
+        patch.setattr(told.store, "append", full)
+        setup = told.again()
+        assert (setup.operator, setup.visit) == ("Ana", north.visit)
+        told.day += timedelta(days=1)
+        setup = told.again()
+        assert (setup.block, setup.visit) == (north.block, None)
 
 
 def test_the_next_day_gets_a_visit_of_its_own(told: Told, north: SetUp) -> None:

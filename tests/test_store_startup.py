@@ -65,6 +65,24 @@ def test_a_pair_without_a_row_is_taken_up(tmp_path: Path, monkeypatch: pytest.Mo
         assert startup_check(store).taken_up.captures == ()
 
 
+def test_a_pair_without_a_row_waits_where_the_disk_is_full(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise StorageFull("No room is left.")
+
+    with small_store(tmp_path) as store:
+        store.save(raw_pair(1))
+    write_pair_only(tmp_path, 2, monkeypatch)
+    with small_store(tmp_path) as store:
+        with monkeypatch.context() as patch:
+            patch.setattr(store, "append", full)
+            report = startup_check(store)
+        assert report.taken_up.left == 2
+        assert "The disk is full: 2 images" in report.sentences[0]
+        assert len(startup_check(store).taken_up.captures) == 1
+
+
 def test_files_that_make_no_pair_stay_as_they_are(tmp_path: Path) -> None:
     with small_store(tmp_path) as store:
         single = store.objects.keep(b"P5\n1 1\n255\n0", ".pgm")

@@ -64,6 +64,12 @@ def test_a_full_disk_loses_nothing(small_disk: Path) -> None:
     assert (result["lost"], result["broken"], result["gaps"]) == (0, 0, False)
 
 
+def test_a_disk_that_is_full_at_the_start_can_be_read(small_disk: Path) -> None:
+    result = on_a_small_disk(small_disk, "2m", f"{ROUNDS} begin-full {small_disk}")
+    assert result["opened"] and result["left"] > 0
+    assert result["loose"] == result["left"]
+
+
 def test_a_read_only_disk_is_said_and_can_be_read(small_disk: Path) -> None:
     result = on_a_small_disk(
         small_disk,

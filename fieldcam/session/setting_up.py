@@ -8,9 +8,11 @@ was written.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 
+from fieldcam.errors import StorageFull
 from fieldcam.exchange.capture_folder import recording_day
 from fieldcam.exchange.route_table import PlannedStop
 from fieldcam.session.doubt import NotNow
@@ -96,7 +98,9 @@ class SetUp:
         last = resume(self._store.database)
         self.block = newest_block(self._store.database) if last is None else last.block
         if self.block is not None and self.doubt() is None:
-            self.open_visit(self.today())
+            # On a full disk there is only a visit to look at that was opened before.
+            with suppress(StorageFull):
+                self.open_visit(self.today())
 
     def state(self) -> SetUpState:
         database = self._store.database

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
+from fieldcam.errors import StorageFull
 from fieldcam.store.clock import now
 from fieldcam.store.connection import rows
 from fieldcam.store.durable import storage_error
@@ -15,6 +16,7 @@ from fieldcam.store.journal import Clock
 from fieldcam.store.orphans import adopt_pairs, keep_loose, orphans, sweep
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
+from fieldcam.words import number_of
 
 CLOCK_TOLERANCE = timedelta(minutes=2)
 
@@ -31,6 +33,8 @@ class TakenUp:
     """Single files that had no row."""
     broken: tuple[FileProblem, ...] = ()
     """Files without a row whose content is not what their name says; left alone."""
+    left: int = 0
+    """Files that wait for a start with room on the disk."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,13 +79,17 @@ def _take_up(store: Store) -> TakenUp:
         swept = sweep(store.folder.path)
         found = orphans(store)
         intact = [path for path in found if store.objects.is_intact(path.name)]
-        paired = adopt_pairs(store, intact)
-        left_over = set(orphans(store))
-        loose = keep_loose(store, (path for path in intact if path in left_over))
+        broken = [FileProblem(None, p.name, Fault.CHANGED) for p in found if p not in set(intact)]
+        try:
+            paired = adopt_pairs(store, intact)
+            left_over = set(orphans(store))
+            loose = keep_loose(store, (path for path in intact if path in left_over))
+        except StorageFull:
+            # What was taken up before is known next time; the rest can wait.
+            return TakenUp(swept, broken=tuple(broken), left=len(orphans(store)) - len(broken))
     except OSError as error:
         raise storage_error(Path(error.filename or store.folder.path), error) from error
-    broken = tuple(FileProblem(None, p.name, Fault.CHANGED) for p in found if p not in set(intact))
-    return TakenUp(swept, paired, loose, broken)
+    return TakenUp(swept, paired, loose, tuple(broken))
 
 
 def _clock_behind(store: Store, clock: Clock) -> timedelta | None:
@@ -104,6 +112,9 @@ def _sentences(report: StartupReport) -> Iterator[str]:
         yield f"Image files that are missing: {len(missing)}; first {missing[0].name}."
     if report.copied:
         yield "This data folder comes from another machine; its rows are counted anew here."
+    if taken_up.left:
+        images = number_of(taken_up.left, "image")
+        yield f"The disk is full: {images} that a crash had left without a row can wait for room."
     if report.clock_behind is not None:
         hours = report.clock_behind.total_seconds() / 3600
         yield f"The clock is {hours:.1f} h before the newest picture: set it before the walk."

@@ -58,7 +58,13 @@ class Store:
         # of one store wait for each other here, and not a moment longer than they must.
         self._turn = threading.RLock()
         self._open: WeakSet[Database] = WeakSet()
-        migrate(self.database, self.database_path)
+        try:
+            migrate(self.database, self.database_path)
+        except StorageFull:
+            # Reading takes some room too: SQLite's index of its log lies beside the file.
+            if not space.release():
+                raise
+            migrate(self.database, self.database_path)
         self.identity: Identity = self._with_reserve(lambda: identify(self.database, clock=clock))
 
     @property

@@ -2,6 +2,7 @@
 
     python -m torture.store_rounds kill FOLDER ROUNDS SEED
     python -m torture.store_rounds full FOLDER        (a small file system of its own)
+    python -m torture.store_rounds begin-full FOLDER  (the same)
     python -m torture.store_rounds read-only FOLDER   (mounted read-only, with a store in it)
 
 The result is one JSON document on stdout.
@@ -16,12 +17,14 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from stored_walks import MadeWalk, raw_pair, small_store
+from stored_walks import FIRST_DAY, MadeWalk, raw_pair, small_store
 
 from fieldcam.errors import StorageError, StorageFull
+from fieldcam.session.setting_up import SetUp
 from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.folder import DataKind
 from fieldcam.store.integrity import full_check, rehash
@@ -78,6 +81,27 @@ def fill(folder: Path) -> dict[str, Any]:
     return {**result, "pictures": pictures_ended, "rows": rows_ended}
 
 
+def begin_full(folder: Path) -> dict[str, Any]:
+    """Images without a row, and then no byte of room for them; and then room again."""
+    with small_store(folder) as store:
+        visit = MadeWalk(store).visit()
+        store.save(raw_pair(1), visit=visit, tag_expected=11)
+        for size in range(1, 40):
+            store.objects.keep(bytes(size), ".pgm")
+    ballast = folder / "ballast"
+    with suppress(OSError), ballast.open("wb", buffering=0) as stream:
+        while stream.write(bytes(512)):
+            pass
+    with small_store(folder) as store:
+        left = startup_check(store).taken_up.left
+        setup = SetUp(store, lambda: FIRST_DAY)
+        setup.resume()
+        opened = setup.visit == visit
+    ballast.unlink()
+    with small_store(folder) as store:
+        return {"left": left, "opened": opened, "loose": len(startup_check(store).taken_up.loose)}
+
+
 def ended(step: Callable[[], object]) -> str:
     """The name of the error that ends the repetition."""
     for _ in range(10_000):
@@ -116,6 +140,8 @@ def main(what: str, folder: str, *numbers: str) -> None:
         result = kill_rounds(Path(folder), *map(int, numbers))
     elif what == "full":
         result = fill(Path(folder))
+    elif what == "begin-full":
+        result = begin_full(Path(folder))
     else:
         result = look(Path(folder))
     sys.stdout.write(json.dumps(result))
