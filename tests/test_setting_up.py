@@ -179,6 +179,7 @@ def test_a_route_is_one_change(told: Told, north: SetUp, tmp_path: Path) -> None
 
 
 CHANGES: dict[str, Callable[[SetUp], object]] = {
+    "the block's facts": lambda setup: setup.correct_block("Away", "Fuji", 2025),
     "the trees": lambda setup: setup.set_trees(4),
     "the number": lambda setup: setup.set_number(TARGET, 40),
     "the spray": lambda setup: setup.add_spray(FIRST_DAY, "Brevis", ""),

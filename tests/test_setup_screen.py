@@ -18,6 +18,7 @@ from fieldcam.errors import BadInput, StorageFull
 from fieldcam.session.setting_up import SetUp
 from fieldcam.store.blocks import VisitSummary
 from fieldcam.store.blocks import visits as visits_of
+from fieldcam.store.connection import rows
 from fieldcam.store.orchard_rows import Block, Setting
 from fieldcam.store.space import Space
 from fieldcam.store.store import Store
@@ -99,7 +100,7 @@ def test_the_first_start_is_set_up_by_keys(setup: SetUp) -> None:
         await choose(driven, Subject.BLOCK)
         for text in ("North", "Home", "Gala", "2026"):
             await driven.type(text)
-        assert "North   Home, Gala, 2026" in driven.text
+        assert "season    Home, Gala, 2026" in driven.text
         await driven.press("escape")
         assert isinstance(driven.app.screen, WalkScreen)
 
@@ -143,6 +144,23 @@ def test_every_line_is_changed_and_undone(north: SetUp, tmp_path: Path) -> None:
         assert "should carry  not known" in driven.text
 
     drive(SMALL, script, setup=north)
+
+
+def test_what_a_block_is_can_be_corrected(north: SetUp, store: Store) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.FACTS)
+        for text in ("Home", "Fuji", "2025", "misread"):
+            await driven.type(text)
+        assert "season    Home, Fuji, 2025" in driven.text
+        await driven.press("u")
+        assert "Undone: the block's facts." in driven.text
+        assert "season    Home, Gala, 2026" in driven.text
+
+    drive(SMALL, script, setup=north)
+    sql = "SELECT variety, why, name FROM block_facts JOIN entry USING (id) JOIN operator"
+    (row,) = rows(store.database, f"{sql} ON operator.id = entry.who")
+    assert row == {"variety": "Fuji", "why": "misread", "name": "Ana"}
 
 
 def test_a_spray_that_was_none_is_struck_out(north: SetUp) -> None:

@@ -32,7 +32,7 @@ from fieldcam.store.blocks import (
 from fieldcam.store.clock import Moment, now
 from fieldcam.store.folder import DataKind
 from fieldcam.store.operators import last_operator, operators
-from fieldcam.store.orchard_rows import Block, BlockSetting, Setting, Spray, Tree
+from fieldcam.store.orchard_rows import Block, BlockFacts, BlockSetting, Setting, Spray, Tree
 from fieldcam.store.resuming import resume
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
@@ -139,6 +139,12 @@ class SetUp:
             raise NotNow(f"There is a block {block.name} already; choose it from the list.")
         self.block, self.visit = self._store.block(block), None
         return f"Block {block.name} was made."
+
+    def correct_block(self, orchard: str, variety: str, season: int, why: str = "") -> str:
+        """What was said of the block was wrong; its name stays."""
+        facts = BlockFacts(self._block(), orchard, variety, season)
+        self._store.append(facts, why=why or None)
+        return "Written down."
 
     def set_trees(self, count: int) -> str:
         """The block has this many trees."""

@@ -32,6 +32,7 @@ _NAMES = {
     "note": "the note",
     "skip": "the skipping",
     "fruitlet_mark": "the mark",
+    "block_facts": "the block's facts",
     "tree": "the trees",
     "cluster": "the place on the route",
     "route": "the route",

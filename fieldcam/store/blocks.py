@@ -11,7 +11,7 @@ from fieldcam.store.connection import rows
 from fieldcam.store.orchard_rows import Setting
 from fieldcam.store.rows import EntryId
 
-SET_UP = ("tree", "cluster", "route", "block_setting", "spray")
+SET_UP = ("block_facts", "tree", "cluster", "route", "block_setting", "spray")
 """Tables of what is set up in a block."""
 
 
@@ -60,7 +60,7 @@ def blocks(database: Database) -> tuple[BlockSummary, ...]:
         " (SELECT count(*) FROM cluster_now WHERE block = block.id) AS clusters,"
         " (SELECT count(*) FROM visit WHERE block = block.id) AS visits,"
         " (SELECT max(day) FROM visit WHERE block = block.id) AS last_day"
-        " FROM block JOIN standing USING (id) ORDER BY block.name",
+        " FROM block_now AS block JOIN standing USING (id) ORDER BY block.name",
     )
     return tuple(
         BlockSummary(**{**row, "last_day": row["last_day"] and date.fromisoformat(row["last_day"])})

@@ -50,6 +50,17 @@ class Block(Row):
 
 
 @dataclass(frozen=True, slots=True)
+class BlockFacts(Row):
+    """Corrects what the block's own row says; its name stays."""
+
+    table: ClassVar[str] = "block_facts"
+    block: EntryId
+    orchard: str
+    variety: str
+    season: int
+
+
+@dataclass(frozen=True, slots=True)
 class Tree(Row):
     """A tree of a block."""
 

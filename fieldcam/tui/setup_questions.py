@@ -48,6 +48,7 @@ class Questions:
         {
             Subject.OPERATOR: self.operator,
             Subject.BLOCK: self.block,
+            Subject.FACTS: self.facts,
             Subject.TREES: self.trees,
             Subject.BLOOM: self.bloom,
             Subject.TARGET: self.target,
@@ -81,6 +82,17 @@ class Questions:
             self._form("A block is one variety of one orchard in one season.", fields, self._block)
 
         self._choose("Which block?", known, "A new block", known_one, another)
+
+    def facts(self) -> None:
+        if (block := self.state.block) is None:
+            return
+        fields = [
+            Field("Orchard", block.orchard),
+            Field("Variety", block.variety),
+            Field("Season (year)", str(block.season or self.state.day.year)),
+            Field("Why, if you like"),
+        ]
+        self._form(f"What block {block.name} is:", fields, self._facts)
 
     def trees(self) -> None:
         def change(count: str) -> Change:
@@ -136,6 +148,15 @@ class Questions:
             answers.count(season, *SEASONS),
         )
         return partial(self.setup.new_block, block)
+
+    def _facts(self, orchard: str, variety: str, season: str, why: str) -> Change:
+        return partial(
+            self.setup.correct_block,
+            answers.words(orchard),
+            answers.words(variety),
+            answers.count(season, *SEASONS),
+            answers.words(why),
+        )
 
     def _spray(self, day: str, product: str, rate: str) -> Change:
         found = answers.name(product, "The product")

@@ -20,6 +20,7 @@ class Subject(StrEnum):
 
     OPERATOR = "Operator"
     BLOCK = "Block"
+    FACTS = "Orchard, variety, season"
     TREES = "Trees"
     BLOOM = "Bloom clusters on a tree"
     TARGET = "Apples a tree should carry"
@@ -40,7 +41,8 @@ def lines(state: SetUpState) -> tuple[Line, ...]:
     """All lines, from top to bottom."""
     values = {
         Subject.OPERATOR: state.operator or UNKNOWN,
-        Subject.BLOCK: UNKNOWN if state.block is None else block_line(state.block),
+        Subject.BLOCK: UNKNOWN if state.block is None else state.block.name,
+        Subject.FACTS: UNKNOWN if state.block is None else facts_line(state.block),
         Subject.TREES: str(len(state.trees)) if state.trees else UNKNOWN,
         Subject.BLOOM: _bloom(state),
         Subject.TARGET: _number(state.number(Setting.TARGET_FRUIT_PER_TREE)),
@@ -57,11 +59,10 @@ def lines(state: SetUpState) -> tuple[Line, ...]:
     )
 
 
-def block_line(block: BlockSummary) -> str:
-    """A block with what is known of it."""
+def facts_line(block: BlockSummary) -> str:
+    """What is known of a block."""
     season = str(block.season) if block.season else ""
-    facts = ", ".join(filter(None, [block.orchard, block.variety, season]))
-    return f"{block.name}   {facts}".rstrip()
+    return ", ".join(filter(None, [block.orchard, block.variety, season])) or UNKNOWN
 
 
 def spray_line(spray: SprayRecord) -> str:
