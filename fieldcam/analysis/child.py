@@ -7,7 +7,6 @@ prints goes to the log instead.
 
 from __future__ import annotations
 
-import ctypes
 import faulthandler
 import os
 import resource
@@ -19,20 +18,21 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING
 
+from fieldcam.parentage import die_with
+
 if TYPE_CHECKING:
     from fieldcam.analysis.requests import Request
 
 NICENESS = 10
 """Both networks' threads keep two cores busy: a key's answer goes before them."""
 _PIECE_BYTES = 1 << 16
-_PR_SET_PDEATHSIG = 1
 _MEMORY_BYTES = 4 << 30
 """Four times what a whole-image run takes: only a runaway meets it."""
 
 
 def main(work: str, parent_pid: int) -> None:
     """Serve until the app closes its end, or dies."""
-    _die_with(parent_pid)
+    die_with(parent_pid)
     _behave()
     # Only now, since they take long enough for the app to die meanwhile.
     from fieldcam.analysis.service import Service
@@ -43,13 +43,6 @@ def main(work: str, parent_pid: int) -> None:
     service = Service(work)
     while True:
         _write(replies, service.answer(waiting.get()))
-
-
-def _die_with(parent_pid: int) -> None:
-    # End-of-file says the same, but nobody sees it while a library holds the interpreter.
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent_pid:
-        os._exit(0)
 
 
 def _behave() -> None:

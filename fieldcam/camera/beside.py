@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import signal
 import threading
@@ -13,11 +12,11 @@ from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
 from fieldcam.errors import CameraUnplugged, FieldcamError
+from fieldcam.parentage import die_with
 from fieldcam.values import RawPair
 
 NICENESS = 5
 """The screen and the analysis go before pictures that are made ahead."""
-_PR_SET_PDEATHSIG = 1
 _Answer = TypeVar("_Answer")
 
 Make = Callable[[Any], RawPair]
@@ -69,9 +68,7 @@ class PictureProcess:
 
 def _serve(connection: Connection, parent_pid: int, prepare: Prepare, *arguments: object) -> None:
     """The process; ends with the app, however that ends."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent_pid:
-        return
+    die_with(parent_pid)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICENESS)
     nothing = os.open(os.devnull, os.O_RDWR)

@@ -7,7 +7,6 @@ is there to clean up whatever ends the app.
 
 from __future__ import annotations
 
-import ctypes
 import os
 import signal
 import sys
@@ -16,6 +15,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from fieldcam.errors import ScreenLost
+from fieldcam.parentage import die_with
 
 RESET = (
     "\x1b[<u"  # the terminal's own keyboard protocol
@@ -24,7 +24,6 @@ RESET = (
     "\x1b[?1049l\x1b[?7h\x1b[?25h\x1b[0m"  # main screen, line wrap, cursor, plain colours
 )
 _FOR_THE_SCREENS = (signal.SIGTERM, signal.SIGHUP)
-_PR_SET_PDEATHSIG = 1
 _launched = False
 """Whether this process is the child of a launcher."""
 
@@ -49,7 +48,7 @@ def launch(screens: Callable[[], None]) -> None:
     if child == 0:
         _launched = True
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _FOR_THE_SCREENS)
-        _die_with(launcher)
+        die_with(launcher, signal.SIGTERM)
         screens()
         return
     status = _outlive(child)
@@ -64,13 +63,6 @@ def launch(screens: Callable[[], None]) -> None:
         )
     if code := os.waitstatus_to_exitcode(status):
         sys.exit(code)  # the child has said why
-
-
-def _die_with(launcher: int) -> None:
-    """End as if asked to, should the launcher be killed."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != launcher:
-        os._exit(1)
 
 
 def _outlive(child: int) -> int:
