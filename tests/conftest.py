@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
+from made_readings import CAMERA
+from watched_analysis import HERE, PATIENT, Watch, Watched
+
+from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.status import Limits
 
 if TYPE_CHECKING:
     from emulated_camera.plugged_bus import PluggedBus
@@ -57,6 +63,29 @@ def served_bus() -> Iterator[PluggedBus]:
 def note(request: pytest.FixtureRequest) -> Callable[[str], None]:
     """Takes a line that is printed after all tests, whether they passed or not."""
     return request.config.stash[MEASURED].append
+
+
+@pytest.fixture
+def watch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Watch]:
+    monkeypatch.setenv("PYTHONPATH", f"{HERE}{os.pathsep}{HERE.parent}")
+    with ExitStack() as stack:
+
+        def start(
+            work: str = "Scripted", limits: Limits = PATIENT, data: Path | None = None
+        ) -> Watched:
+            watched = Watched(Setup(CAMERA, data=data), tmp_path / "a.log", limits, work)
+            stack.enter_context(watched.supervisor)
+            return watched
+
+        yield start
+
+
+@pytest.fixture
+def gate(tmp_path: Path) -> Path:
+    """A pair whose left file is this says, once read, which process works on it."""
+    path = tmp_path / "gate"
+    os.mkfifo(path)
+    return path
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from drawn_tags import IMAGE_CORNERS, draw_tag
 from made_readings import CAMERA
-from test_analysis_supervisor import LONG_S, Watch, gate, pair, watch
+from watched_analysis import LONG_S, Watch, pair
 
 from fieldcam.analysis.conversation import Bell
 from fieldcam.analysis.frames import FrameInvalid, Frames, frame
@@ -22,7 +22,6 @@ from fieldcam.store.raw_images import encode_raw
 from fieldcam.values import Calibration, Expectation
 from fieldcam.vision.tags import detect_tags
 
-__all__ = ["gate", "watch"]
 RANGE_MM = 440.0
 
 

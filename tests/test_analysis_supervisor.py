@@ -8,15 +8,15 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 from time import perf_counter
-from typing import Protocol
 
 import pytest
 from made_readings import CAMERA
+from watched_analysis import HASTY, HERE, LONG_S, Watch, pair
 
 from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.status import Limits, State, Status
@@ -33,86 +33,6 @@ from fieldcam.errors import (
 from fieldcam.session.walk import Analysed, NotAnalysed, Saved, walk
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import ClusterReading, Expectation, RawPair
-
-HERE = Path(__file__).resolve().parent
-LONG_S = 60.0
-"""Far more than anything here takes, but for a defect."""
-PATIENT = Limits(pair_s=LONG_S, first_pair_s=LONG_S)
-HASTY = Limits(pair_s=0.3, first_pair_s=LONG_S)
-
-
-def pair(key: str, left: Path = Path("left.pgm")) -> SavedCapture:
-    return SavedCapture(key, left, Path("right.pgm"), Path("record.json"))
-
-
-class Watched:
-    """A supervisor and all that its listener heard."""
-
-    def __init__(self, setup: Setup, log: Path, limits: Limits, work: str) -> None:
-        self._news = threading.Condition()
-        self.heard: list[Status] = []
-        self.supervisor = Supervisor(setup, log, self._hear, limits, f"scripted_analysis:{work}")
-        self.submit = self.supervisor.submit
-
-    def _hear(self, status: Status) -> None:
-        with self._news:
-            self.heard.append(status)
-            self._news.notify_all()
-
-    def wait_for(self, state: State, times: int = 1) -> Status:
-        """The status that was heard when this state was entered for the n-th time."""
-        with self._news:
-            assert self._news.wait_for(lambda: len(self._in(state)) >= times, LONG_S), self.heard
-            return self._in(state)[times - 1]
-
-    def settled(self) -> Status:
-        """The status once the last that was heard is READY."""
-        with self._news:
-            ready = self._news.wait_for(lambda: self.heard[-1].state is State.READY, LONG_S)
-            assert ready, self.heard
-            return self.heard[-1]
-
-    def _in(self, state: State) -> list[Status]:
-        return [status for status in self.heard if status.state is state]
-
-    def error(self, key: str, again: bool = False) -> FieldcamError:
-        error = self.submit(pair(key), Expectation(), again=again).exception(LONG_S)
-        assert isinstance(error, FieldcamError)
-        assert error.message.endswith(".") and error.hint
-        return error
-
-    def reads(self, key: str = "nothing") -> bool:
-        reading = self.submit(pair(key), Expectation(7, 4)).result(LONG_S)
-        return reading.expectation == Expectation(7, 4) and len(reading.target) == 1
-
-
-class Watch(Protocol):
-    def __call__(
-        self, work: str = ..., limits: Limits = ..., data: Path | None = ...
-    ) -> Watched: ...
-
-
-@pytest.fixture
-def watch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Watch]:
-    monkeypatch.setenv("PYTHONPATH", f"{HERE}{os.pathsep}{HERE.parent}")
-    with ExitStack() as stack:
-
-        def start(
-            work: str = "Scripted", limits: Limits = PATIENT, data: Path | None = None
-        ) -> Watched:
-            watched = Watched(Setup(CAMERA, data=data), tmp_path / "a.log", limits, work)
-            stack.enter_context(watched.supervisor)
-            return watched
-
-        yield start
-
-
-@pytest.fixture
-def gate(tmp_path: Path) -> Path:
-    """A pair whose left file is this says, once read, which process works on it."""
-    path = tmp_path / "gate"
-    os.mkfifo(path)
-    return path
 
 
 def ends_within(pid: int, seconds: float) -> float | None:
