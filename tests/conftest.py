@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import cv2
+import numpy as np
 import pytest
+from called_commands import CAMERA_INFO, HEIGHT, WIDTH, FakePipeline
+from drawn_tags import tag_cells
 from hypothesis import HealthCheck, settings
-from made_readings import CAMERA
+from made_readings import CAMERA, made_fruitlet, made_reading
 from watched_analysis import HERE, PATIENT, Watch, Watched
 
 from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.status import Limits
+from fieldcam.values import Flag, Reason, ReasonCode, Status, Verdict
+from fieldcam.vision.pipeline import Pipeline
 
 if TYPE_CHECKING:
     from emulated_camera.plugged_bus import PluggedBus
@@ -86,6 +94,60 @@ def gate(tmp_path: Path) -> Path:
     path = tmp_path / "gate"
     os.mkfifo(path)
     return path
+
+
+@pytest.fixture
+def own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is read from or written to the user's own folders."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "xdg-data"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "xdg-state"))
+    monkeypatch.delenv("FIELDCAM_DATA", raising=False)
+
+
+@pytest.fixture
+def pair(tmp_path: Path) -> tuple[Path, Path, Path]:
+    """Left and right image with tag 17 in them, and their calibration."""
+    left = np.full((HEIGHT, WIDTH, 3), 120, np.uint8)
+    card = cv2.resize(tag_cells(17), (96, 96), interpolation=cv2.INTER_NEAREST)
+    left[200:296, 300:396] = card[..., None]
+    paths = tmp_path / "left.png", tmp_path / "right.png", tmp_path / "calibration.yml"
+    cv2.imwrite(str(paths[0]), left)
+    cv2.imwrite(str(paths[1]), np.roll(left, -100, axis=1))
+    paths[2].write_text(CAMERA_INFO.format(width=WIDTH, height=HEIGHT, tx=-45.6))
+    return paths
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    """A data folder with two networks that can be verified, though not run."""
+    folder = tmp_path / "data" / "models"
+    folder.mkdir(parents=True)
+    content = b"network"
+    entry = {"file": "net.onnx", "sha256": sha256(content).hexdigest()}
+    (folder / "net.onnx").write_bytes(content)
+    manifest = {
+        "schema": 1,
+        "segmentation": {**entry, "score_threshold": 0.5},
+        "stereo": {**entry, "search_px": 32, "multiple": 16, "scale": 0.5},
+    }
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    return folder.parent
+
+
+@pytest.fixture
+def pipeline(monkeypatch: pytest.MonkeyPatch) -> FakePipeline:
+    reasons = (Reason(ReasonCode.FEWER_THAN_BEFORE, "2 fruitlets where 3 were counted."),)
+    reading = made_reading(
+        [
+            made_fruitlet(0, (300.0, 200.0), 9.13),
+            made_fruitlet(1, (330.0, 210.0), None, flags=(Flag.HIDDEN,)),
+            made_fruitlet(2, (500.0, 100.0), 7.0, in_target=False, cluster=1),
+        ],
+        Verdict(Status.CONFIRM, reasons),
+    )
+    fake = FakePipeline(reading)
+    monkeypatch.setattr(Pipeline, "from_models", lambda models: fake)
+    return fake
 
 
 def pytest_configure(config: pytest.Config) -> None:
