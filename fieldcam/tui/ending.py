@@ -77,8 +77,7 @@ class EndableApp(App[Result], Generic[Result]):
             self._loop_of_app.call_soon_threadsafe(self.exit)
 
     def action_help_quit(self) -> None:
-        """Ctrl+C; Textual's own answer covers the buttons."""
-        self.exit()
+        """Ctrl+C does nothing here; Textual's own answer covers the buttons."""
 
     def raise_defect(self) -> None:
         """To be called when it has run; raises where it ended in the middle, and why."""

@@ -30,7 +30,7 @@ class Offer(EndableApp[Choice]):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter,d", "choose('demo')", "Demo"),
         Binding("e", "choose('set_up')", "Set up"),
-        Binding("q,escape", "quit", "End"),
+        Binding("q,escape,ctrl+c", "quit", "End"),
     ]
 
     def __init__(self, no_camera: str) -> None:
