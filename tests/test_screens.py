@@ -311,3 +311,26 @@ def test_letters_mean_the_same_with_caps_lock() -> None:
         assert driven.walk.asked == [("fallen", None), ("hidden", None), ("undo",)]
 
     drive(SMALL, script)
+
+
+@pytest.mark.parametrize("keys", ["a", "question_mark"])
+def test_no_screen_changes_how_another_one_looks(tmp_path: Path, keys: str) -> None:
+    """Textual keeps the styles of every screen that was opened, for all that follow."""
+    state = verdict(tmp_path, Status.ACCEPT)
+    shown: list[str] = []
+
+    async def first(driven: Driven) -> None:
+        await driven.tell(state)
+        await driven.press(keys)
+        shown.append(driven.text)
+
+    async def after_all_others(driven: Driven) -> None:
+        await driven.tell(state)
+        for others in (keys, "a", "o", "l", "v", "question_mark"):
+            await driven.press(others, "escape")
+        await driven.press(keys)
+        shown.append(driven.text)
+
+    drive(SMALL, first)
+    drive(SMALL, after_all_others)
+    assert shown[0] == shown[1]

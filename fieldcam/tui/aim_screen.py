@@ -15,14 +15,13 @@ from fieldcam.session.cue import Cue
 from fieldcam.session.events import Previewed
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.tui.aim_telling import aim_banner, automatic_line
+from fieldcam.tui.at_cluster import AtCluster
 from fieldcam.tui.banner_view import BannerView
 from fieldcam.tui.buttons import CAPTURE, Key, big_button
 from fieldcam.tui.cues_view import CuesView
 from fieldcam.tui.news import News
-from fieldcam.tui.page import Page
 from fieldcam.tui.preview_view import PreviewView
 from fieldcam.tui.range_view import RangeView
-from fieldcam.tui.remote import SHOOT
 from fieldcam.tui.telling import Tone, progress
 from fieldcam.tui.words import Words
 
@@ -30,16 +29,13 @@ AUTOMATIC = Key("AUTOMATIC  G", "automatic", Tone.ASK)
 TO_WALK = Key("WALK  Escape", "walk", Tone.PLAIN)
 
 
-class AimScreen(Page):
+class AimScreen(AtCluster):
     """Looks through the camera as long as nothing covers it."""
 
     CSS_PATH = "aim_screen.tcss"
     TITLE = "Aim"
     BINDINGS: ClassVar[list[BindingType]] = [
-        SHOOT,
         Binding("g", "automatic", "Automatic"),
-        Binding("left", "step(-1)", "Previous tag", show=False),
-        Binding("right", "step(1)", "Next tag", show=False),
         Binding("k", "skip", "Skip", show=False),
         Binding("u", "undo", "Undo", show=False),
         Binding("escape,a", "walk", "Walk"),
@@ -47,7 +43,7 @@ class AimScreen(Page):
 
     def __init__(self, walk: Walk, state: WalkState | None, automatic: Automatic) -> None:
         super().__init__(walk, state)
-        self._state, self._automatic = state, automatic
+        self._automatic = automatic
         self._cue: Cue | None = None
 
     def body(self) -> ComposeResult:
@@ -70,26 +66,25 @@ class AimScreen(Page):
         self.walk.stop_preview()
 
     def show(self, state: WalkState) -> None:
+        moved_on = self.state is None or state.tag_id != self.state.tag_id
         super().show(state)
-        moved_on = self._state is None or state.tag_id != self._state.tag_id
         if moved_on:
             self.query_one("#heard", Words).update("")
         if moved_on or state.camera is CameraState.LOST:
             # An old picture must not look like a live one.
             self._cue = None
             self.query_one(PreviewView).show(None)
-        self._state = state
         self.query_one("#progress", Words).update(progress(state))
         self._write(state)
 
     def look(self, event: Previewed) -> None:
         """A new preview; fires where everything is right and it is to be done by itself."""
-        if self._state is None:
+        if self.state is None:
             return
         self._cue = event.cue
         self.query_one(PreviewView).show(event.picture)
-        self._write(self._state)
-        if self._automatic.pull(event.cue, self._state):
+        self._write(self.state)
+        if self._automatic.pull(event.cue, self.state):
             self.walk.shoot()
 
     def hear(self, told: News) -> None:
@@ -97,22 +92,10 @@ class AimScreen(Page):
         heard.update(told.sentence)
         heard.set_class(told.bad, "-bad")
 
-    def action_shoot(self) -> None:
-        self.walk.shoot()
-
     def action_automatic(self) -> None:
         self._automatic.switch()
-        if self._state is not None:
-            self._write(self._state)
-
-    def action_step(self, by: int) -> None:
-        self.walk.step(by)
-
-    def action_skip(self) -> None:
-        self.walk.skip()
-
-    def action_undo(self) -> None:
-        self.walk.undo()
+        if self.state is not None:
+            self._write(self.state)
 
     def action_walk(self) -> None:
         self.app.pop_screen()

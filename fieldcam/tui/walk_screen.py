@@ -15,28 +15,24 @@ from fieldcam.session.commands import Walk
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.days import cluster_days
 from fieldcam.tui.asking import AskText
+from fieldcam.tui.at_cluster import AtCluster
 from fieldcam.tui.banner_view import BannerView
 from fieldcam.tui.buttons import BigButtons
 from fieldcam.tui.days_view import DaysView
 from fieldcam.tui.lights_view import LightsView
 from fieldcam.tui.news import News
-from fieldcam.tui.page import Page
 from fieldcam.tui.picture_view import PictureView, picture_view
-from fieldcam.tui.remote import SHOOT
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.telling import banner, counted, not_saved, progress, sizes_heading
 from fieldcam.tui.words import Words
 
-STEPS = {-1: "Previous tag …", 1: "Next tag …"}
 
-
-class WalkScreen(Page):
+class WalkScreen(AtCluster):
     """Each key calls one command of the walk; what came of it is told later."""
 
     CSS_PATH = "walk_screen.tcss"
     TITLE = "Walk"
     BINDINGS: ClassVar[list[BindingType]] = [
-        SHOOT,
         Binding("a", "app.aim", "Aim"),
         Binding("enter", "accept", "Accept", show=False),
         Binding("r,backspace", "retake", "Retake", show=False),
@@ -49,8 +45,6 @@ class WalkScreen(Page):
         Binding("n", "note", "Note"),
         Binding("k", "skip", "Skip"),
         Binding("u", "undo", "Undo"),
-        Binding("left", "step(-1)", "Previous tag", show=False),
-        Binding("right", "step(1)", "Next tag", show=False),
         Binding("w", "next_tree", "Next tree", show=False),
         Binding("up", "choose(-1)", "Fruitlet above", show=False),
         Binding("down", "choose(1)", "Fruitlet below", show=False),
@@ -106,49 +100,37 @@ class WalkScreen(Page):
         said.set_class(told.bad, "-bad")
         self._unsaved = told.sentence if told.unsaved else ""
 
-    def _ask(self, sentence: str, command: Callable[[], None]) -> None:
+    def ask(self, sentence: str, command: Callable[[], None]) -> None:
         """Say at once that a key was heard: the walk answers when its rows are durable."""
         said = self.query_one("#said", Words)
         said.update(sentence)
         said.remove_class("-bad")
         command()
 
-    def action_shoot(self) -> None:
-        self._ask("Taking the picture …", self.walk.shoot)
-
     def action_accept(self) -> None:
-        self._ask("Accept …", self.walk.accept)
+        self.ask("Accept …", self.walk.accept)
 
     def action_retake(self) -> None:
-        self._ask("Retake …", self.walk.retake)
+        self.ask("Retake …", self.walk.retake)
 
     def action_second_view(self) -> None:
-        self._ask("Second view …", self.walk.second_view)
+        self.ask("Second view …", self.walk.second_view)
 
     def action_fallen(self) -> None:
-        self._ask("Fallen …", partial(self.walk.fallen, self._chosen))
+        self.ask("Fallen …", partial(self.walk.fallen, self._chosen))
 
     def action_hidden(self) -> None:
-        self._ask("Hidden …", partial(self.walk.hidden, self._chosen))
+        self.ask("Hidden …", partial(self.walk.hidden, self._chosen))
 
     def action_other_target(self) -> None:
-        self._ask("Other target …", self.walk.other_target)
+        self.ask("Other target …", self.walk.other_target)
 
     def action_strike(self) -> None:
         if (chosen := self._chosen) is not None:
-            self._ask("Strike …", partial(self.walk.strike, chosen))
-
-    def action_skip(self) -> None:
-        self._ask("Skip …", self.walk.skip)
-
-    def action_undo(self) -> None:
-        self._ask("Undo …", self.walk.undo)
-
-    def action_step(self, by: int) -> None:
-        self._ask(STEPS[by], partial(self.walk.step, by))
+            self.ask("Strike …", partial(self.walk.strike, chosen))
 
     def action_next_tree(self) -> None:
-        self._ask("Next tree …", self.walk.next_tree)
+        self.ask("Next tree …", self.walk.next_tree)
 
     def action_choose(self, by: int) -> None:
         self.query_one(SizesView).choose(by)
