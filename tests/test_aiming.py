@@ -52,6 +52,29 @@ def test_the_camera_is_looked_through_only_while_somebody_aims(walk: Walked) -> 
     assert walk.camera.looks == looks
 
 
+def test_of_two_tags_in_view_the_due_one_counts(walk: Walked) -> None:
+    """The neighbour's tag is nearer, and comes and goes."""
+    walk.analysis.sights = [(tag(12, 300.0), tag(11)), (tag(12, 300.0),), (tag(11), tag(12))]
+    walk.start()
+    walk.live.start_preview()
+    first, second, third = (walk.heard.next(Previewed).cue for _ in range(3))
+    assert (first.due, first.read, first.range_mm) == (11, (11, 12), 440.0)
+    assert not second.in_view and second.range_mm is None
+    assert third.in_view and third.moved_mm is None
+    state = walk.shoot(read(11))
+    assert state.shown is not None and state.shown.record.tag_id == 11
+    assert walk.analysis.asked[-1][1].tag_id == 11
+    assert state.warnings == ()
+
+
+def test_a_tag_that_hangs_twice_in_view_is_never_ready(walk: Walked) -> None:
+    walk.analysis.sights = [(tag(11), tag(11, 460.0))]
+    walk.start()
+    walk.live.start_preview()
+    cues = [walk.heard.next(Previewed).cue for _ in range(3)]
+    assert not any(cue.in_view or cue.ready for cue in cues)
+
+
 def test_previews_go_on_after_a_picture(walk: Walked) -> None:
     walk.start()
     walk.live.start_preview()
