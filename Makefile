@@ -13,7 +13,7 @@ PYTEST_ARGS ?=
 TORTURE_ARGS ?=
 MEASURE_ARGS ?=
 
-.PHONY: demo test lint test-export bench evaluate fuzz torture measure clean
+.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture measure clean
 
 demo: $(VENV)/.demo-ready
 	$(BIN)/fieldcam demo $(DEMO_ARGS)
@@ -29,6 +29,9 @@ lint: $(VENV)/.test-ready
 test-export: $(VENV)/.export-ready
 	$(BIN)/mypy export $(wildcard tests/export/*.py)
 	$(BIN)/python -m pytest -m export $(PYTEST_ARGS)
+
+test-browser: $(VENV)/.test-ready
+	$(BIN)/python -m pytest -m browser $(PYTEST_ARGS)
 
 bench: $(VENV)/.export-ready
 	$(BIN)/python -m export.bench

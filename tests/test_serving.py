@@ -8,8 +8,7 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Awaitable, Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from time import monotonic
 from typing import TypeAlias
@@ -19,6 +18,7 @@ import pytest
 pytest.importorskip("textual_serve", reason="the extra `serve` is not installed")
 from aiohttp import ClientSession, ClientWebSocketResponse, WSServerHandshakeError, web
 from aiohttp.test_utils import TestClient, TestServer
+from served_pages import serving
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.cli import main
@@ -262,22 +262,6 @@ def test_what_is_no_message_of_the_page_is_ignored() -> None:
             assert b'"width": 10' in got and b'"height": 30' in got
 
     served(None, script)
-
-
-@contextmanager
-def serving(data: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """The real command, and its address."""
-    command = [sys.executable, "-m", "fieldcam", "--data", str(data), "serve", "--port", "0"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    try:
-        assert process.stderr is not None
-        line = process.stderr.readline()
-        found = re.search(r"http://\S+", line)
-        assert found is not None, line
-        yield process, found[0]
-    finally:
-        process.kill()
-        process.communicate()
 
 
 async def first_screen(session: ClientSession, url: str, part: str) -> ClientWebSocketResponse:
