@@ -10,6 +10,7 @@ import pytest
 from live_walks import read
 from made_states import AIM, shown_with, verdict
 from screens import LARGE, SMALL, Driven, check_golden, drive
+from textual.color import Color
 from textual.widgets import Input
 
 from fieldcam.analysis.status import State
@@ -27,6 +28,8 @@ from fieldcam.session.events import (
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.judgement_rows import Action
+from fieldcam.tui.letters import BLOCK
+from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.sound import Tune
 from fieldcam.tui.walk_screen import WalkScreen
 from fieldcam.values import ReasonCode, Status
@@ -311,6 +314,29 @@ def test_letters_mean_the_same_with_caps_lock() -> None:
         assert driven.walk.asked == [("fallen", None), ("hidden", None), ("undo",)]
 
     drive(SMALL, script)
+
+
+def test_bars_have_the_colours_of_the_theme_at_once(tmp_path: Path) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(verdict(tmp_path, Status.ACCEPT))
+        for _ in range(2):
+            await driven.press("d")
+            theme = driven.app.current_theme
+            drawn = bar_colours(driven.app.screen.query_one(SizesView))
+            assert Color.parse(theme.foreground or "").hex in drawn
+            assert Color.parse(theme.background or "").hex not in drawn
+
+    drive(SMALL, script)
+
+
+def bar_colours(sizes: SizesView) -> set[str]:
+    """Of the bars that are drawn, as #RRGGBB."""
+    segments = (each for y in range(sizes.size.height) for each in sizes.render_line(y))
+    return {
+        Color.from_rich_color(each.style.color).hex
+        for each in segments
+        if BLOCK in each.text and each.style is not None
+    }
 
 
 @pytest.mark.parametrize("keys", ["a", "question_mark"])

@@ -202,7 +202,8 @@ class FieldcamApp(EndableApp[None]):
     def action_switch_theme(self) -> None:
         self.theme = themes.OTHER.get(self.theme, self._look.theme)
         if self.state is not None:
-            self._show(self.state)
+            # Only then does Textual know the theme's colours, of which bars are drawn.
+            self.call_next(self._show, self.state)
 
     def action_restart_analysis(self) -> None:
         if self.walk is not None:

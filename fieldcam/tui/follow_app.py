@@ -84,7 +84,8 @@ class FollowApp(EndableApp[None]):
 
     def action_switch_theme(self) -> None:
         self.theme = OTHER.get(self.theme, DARK.name)
-        self._show()
+        # Only then does Textual know the theme's colours, of which bars are drawn.
+        self.call_next(self._show)
 
     def _told(self, sight: Sight) -> None:
         """In the follower's thread."""
