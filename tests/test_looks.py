@@ -173,6 +173,8 @@ def test_a_picture_that_is_not_there_says_so_in_its_place(
         assert "The file of this picture is" in driven.text and "missing." in driven.text
         assert "backup" in driven.text
         assert " 9.00 mm" in driven.text
+        await driven.tell(AIM)
+        assert "missing" not in driven.text
         state = verdict(tmp_path, Status.ACCEPT)
         await driven.tell(spoiled(state, lambda left: left.write_bytes(b"P5\n9 9\n255\n")))
         assert "damaged." in driven.text and HALF not in driven.text

@@ -86,6 +86,7 @@ class BlockPicture(PictureView):
     def __init__(self) -> None:
         super().__init__()
         self._strips: list[Strip] = []
+        self._words: list[str] = []
 
     def painting(self, seen: ImageU8 | str) -> Callable[[], None]:
         if isinstance(seen, str):
@@ -98,12 +99,15 @@ class BlockPicture(PictureView):
     def render_line(self, y: int) -> Strip:
         if y < len(self._strips):
             return self._strips[y]
+        if y < len(self._words):
+            # In the theme's colours of now.
+            width = self.size.width
+            return Strip([Segment(self._words[y].ljust(width), self.rich_style)], width)
         return Strip.blank(self.size.width, self.rich_style)
 
     def _say(self, words: str) -> None:
-        width = max(1, self.size.width)
-        lines = (line.ljust(width) for line in wrap(words, width))
-        self._put([Strip([Segment(line, self.rich_style)], width) for line in lines])
+        self._words = wrap(words, max(1, self.size.width))
+        self._put([])
 
     def _put(self, strips: list[Strip]) -> None:
         self._strips = strips
