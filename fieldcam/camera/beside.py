@@ -15,7 +15,7 @@ from fieldcam.errors import CameraUnplugged, FieldcamError
 from fieldcam.parentage import die_with
 from fieldcam.values import RawPair
 
-NICENESS = 5
+NICENESS = 15
 """The screen and the analysis go before pictures that are made ahead."""
 _Answer = TypeVar("_Answer")
 
