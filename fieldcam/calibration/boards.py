@@ -1,0 +1,174 @@
+"""Calibration boards, and their corners in a picture to a few hundredths of a pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from fieldcam.errors import BadInput
+from fieldcam.values import ImageU8
+
+Pixels = npt.NDArray[np.float32]
+"""(N, 2) float32: x, y."""
+Ids = npt.NDArray[np.intp]
+
+LEAST_SQUARES, MOST_SQUARES = 4, 40
+"""To a side; below, OpenCV looks for no board."""
+MARKER_CELLS, SQUARE_CELLS = 7, 9
+"""Of a ChArUco board: a marker of 5x5 bits and its border, one cell of white around it."""
+MARKERS = cv2.aruco.DICT_5X5_1000
+"""None of its markers is an AprilTag."""
+LEAST_LINES = 3
+"""Columns and rows of corners that must be seen; fewer lie as good as in one line."""
+REFINED = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 40, 1e-3)
+NARROWEST_PX, WIDEST_PX = 2, 11
+"""Half the side of the window in which a corner is refined."""
+
+
+class Kind(StrEnum):
+    """What is printed on a board."""
+
+    CHECKERBOARD = "checkerboard"
+    CHARUCO = "charuco"
+    """Squares with markers in the white ones; a part of the board is enough."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """A flat board of black and white squares; a corner is where four of them meet."""
+
+    kind: Kind
+    columns: int
+    """Of squares, not of corners."""
+    rows: int
+    square_mm: float
+
+    def __post_init__(self) -> None:
+        sides = self.columns, self.rows
+        if not all(LEAST_SQUARES <= side <= MOST_SQUARES for side in sides):
+            raise BadInput(
+                f"A board of {self.columns} x {self.rows} squares cannot be used.",
+                f"Choose {LEAST_SQUARES} to {MOST_SQUARES} squares to a side.",
+            )
+        if self.kind is Kind.CHECKERBOARD and self.columns == self.rows:
+            raise BadInput(
+                "A checkerboard with as many columns as rows looks the same from all sides.",
+                "Use one with different numbers, such as 9x6, or a ChArUco board.",
+            )
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """Columns and rows of corners."""
+        return self.columns - 1, self.rows - 1
+
+    @cached_property
+    def corners_mm(self) -> Pixels:
+        """(N, 3) float32: every corner by its id, row by row, z = 0."""
+        row, column = np.divmod(np.arange(self.grid[0] * self.grid[1]), self.grid[0])
+        flat = np.column_stack((column + 1, row + 1, np.zeros_like(row)))
+        return (flat * self.square_mm).astype(np.float32)
+
+    @cached_property
+    def charuco(self) -> cv2.aruco.CharucoBoard:
+        """The board as OpenCV knows it."""
+        marker_mm = self.square_mm * MARKER_CELLS / SQUARE_CELLS
+        family = cv2.aruco.getPredefinedDictionary(MARKERS)
+        size = self.columns, self.rows
+        return cv2.aruco.CharucoBoard(size, self.square_mm, marker_mm, family)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Corners:
+    """The corners of a board that one eye sees; none at all where it sees no board."""
+
+    ids: Ids
+    """(N,)"""
+    places_px: Pixels
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """The same corners of the board as both eyes see them."""
+
+    name: str
+    board_mm: Pixels
+    """(N, 3) float32, z = 0."""
+    left_px: Pixels
+    right_px: Pixels
+
+
+def find_corners(board: Board, image: ImageU8) -> Corners:
+    """What is seen of the board in a picture (H, W) or (H, W, 3); distortion is left in it."""
+    grey = image if image.ndim == 2 else _grey(image)
+    if board.kind is Kind.CHARUCO:
+        return _find_charuco(board, grey)
+    found, places = cv2.findChessboardCornersSB(grey, board.grid)
+    if not found:
+        return _nothing()
+    ids = np.arange(len(board.corners_mm))
+    return Corners(ids, _refined(grey, np.asarray(places), _spacing_px(board, ids, places) / 5))
+
+
+def match_eyes(board: Board, name: str, left: Corners, right: Corners) -> View | None:
+    """The corners that both eyes see; None where they are too few to tell the board's pose."""
+    if board.kind is Kind.CHECKERBOARD and _opposed(left, right):
+        # From the other side a checkerboard is another one; nothing marks its first corner.
+        right = Corners(right.ids, np.ascontiguousarray(right.places_px[::-1]))
+    ids, of_left, of_right = np.intersect1d(left.ids, right.ids, return_indices=True)
+    lines = (len(np.unique(part)) for part in np.divmod(ids, board.grid[0]))
+    if min(lines) < LEAST_LINES:
+        return None
+    return View(
+        name, board.corners_mm[ids], left.places_px[of_left], right.places_px[of_right]
+    )  # fmt: skip
+
+
+def _grey(image: ImageU8) -> ImageU8:
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
+
+
+def _find_charuco(board: Board, grey: ImageU8) -> Corners:
+    places, ids, _, _ = cv2.aruco.CharucoDetector(board.charuco).detectBoard(grey)
+    if ids is None or len(ids) < LEAST_LINES:
+        return _nothing()
+    known = np.asarray(ids, np.intp).ravel()
+    # A wider window would reach the markers.
+    half_px = _spacing_px(board, known, places) / (SQUARE_CELLS + 1)
+    return Corners(known, _refined(grey, np.asarray(places), half_px))
+
+
+def _nothing() -> Corners:
+    return Corners(np.zeros(0, np.intp), np.zeros((0, 2), np.float32))
+
+
+def _opposed(left: Corners, right: Corners) -> bool:
+    """Whether the rows of corners run against each other in the two eyes."""
+    if not (len(left.ids) and len(right.ids)):
+        return False
+    ways = (eye.places_px[-1] - eye.places_px[0] for eye in (left, right))
+    return bool(np.dot(*ways) < 0)
+
+
+def _spacing_px(board: Board, ids: Ids, places: npt.ArrayLike) -> float:
+    """The smallest distance of two neighbours; a whole board's length where none is known."""
+    at = dict(zip(ids.tolist(), np.asarray(places, np.float64).reshape(-1, 2), strict=True))
+    columns = board.grid[0]
+    gaps = [
+        float(np.linalg.norm(at[other] - at[each]))
+        for each in at
+        for other in (each + 1, each + columns)
+        if other in at and (other % columns or other == each + columns)
+    ]
+    return min(gaps, default=0.0)
+
+
+def _refined(grey: ImageU8, places: npt.NDArray[np.generic], half_px: float) -> Pixels:
+    half = round(min(max(half_px, NARROWEST_PX), WIDEST_PX))
+    start = np.ascontiguousarray(places.reshape(-1, 2), np.float32)
+    found = cv2.cornerSubPix(grey, start, (half, half), (-1, -1), REFINED)
+    return np.asarray(found, np.float32).reshape(-1, 2)
