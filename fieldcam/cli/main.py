@@ -13,6 +13,7 @@ from pathlib import Path
 from fieldcam import __version__
 from fieldcam.cli import (
     app,
+    calibrating,
     cameras,
     demo,
     doctor,
@@ -28,7 +29,19 @@ from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import flush, narrate
 from fieldcam.errors import ExitCode, FieldcamError, OutputLost, Stopped
 
-GROUPS = (sizing, stages, importing, routes, demo, serving, tag_cards, models, cameras, doctor)
+GROUPS = (
+    sizing,
+    stages,
+    importing,
+    routes,
+    demo,
+    serving,
+    tag_cards,
+    cameras,
+    calibrating,
+    models,
+    doctor,
+)
 OF_SIGNALS = 128
 """Shells expect this, and the signal's number more, of a program that a signal ended."""
 

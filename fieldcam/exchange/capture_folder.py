@@ -92,12 +92,13 @@ def read_capture_folder(folder: Path) -> CaptureFolder:
     return CaptureFolder(tuple(captures), (*problems, *_missing_calibrations(captures)))
 
 
-def _visible(folder: Path) -> list[Path]:
+def visible(folder: Path) -> list[Path]:
     """A folder's members by name, without hidden ones."""
     return sorted(path for path in folder.iterdir() if not path.name.startswith("."))
 
 
-def _is_image(path: Path) -> bool:
+def is_image(path: Path) -> bool:
+    """By its name."""
     return path.suffix.lower() in IMAGE_SUFFIXES and path.is_file()
 
 
@@ -112,7 +113,7 @@ def _missing_calibrations(captures: list[CaptureFile]) -> list[FolderProblem]:
 
 
 def _read_days(folder: Path) -> Found:
-    for path in _visible(folder):
+    for path in visible(folder):
         if path.is_dir() and DAY_FOLDER.fullmatch(path.name):
             try:
                 day = date.fromisoformat(path.name)
@@ -129,9 +130,9 @@ def _plain_calibration(*folders: Path) -> Path | None:
 
 def _read_day(folder: Path, day: date, calibration: Path | None) -> Found:
     eyes: dict[tuple[int, int], dict[str, Path]] = {}
-    for path in _visible(folder):
+    for path in visible(folder):
         match = VIEW_FILE.fullmatch(path.stem)
-        if match is None or not _is_image(path):
+        if match is None or not is_image(path):
             if path.name not in CALIBRATION_NAMES:
                 yield FolderProblem(path, f"{path.name} is no <tag>_<n>_left or _right image.")
             continue
@@ -144,10 +145,11 @@ def _read_day(folder: Path, day: date, calibration: Path | None) -> Found:
         if len(sides) == 2:
             yield CaptureFile(day, tag_id, view, sides["left"], sides["right"], calibration)
         else:
-            yield from (_lonely(path) for path in sides.values())
+            yield from (lonely(path) for path in sides.values())
 
 
-def _lonely(path: Path) -> FolderProblem:
+def lonely(path: Path) -> FolderProblem:
+    """The problem of an image whose other eye is missing."""
     return FolderProblem(path, f"{path.name} has no partner from the other eye.", unpaired=True)
 
 
@@ -156,7 +158,7 @@ def _read_recordings(folder: Path) -> Found:
     views: Counter[tuple[date, int]] = Counter()
     calibrations = _dated_calibrations(folder)
     recordings = []
-    for path in _visible(folder):
+    for path in visible(folder):
         match = RECORDING_FOLDER.fullmatch(path.name)
         if match is None or not path.is_dir():
             continue
@@ -197,7 +199,7 @@ def _dated_calibrations(folder: Path) -> dict[date, Path]:
 
 def _read_recording(folder: Path, day: date, tag_id: int, calibration: Path | None) -> Found:
     colour = folder / "COLOR"
-    images = [path for path in _visible(colour) if _is_image(path)] if colour.is_dir() else []
+    images = [path for path in visible(colour) if is_image(path)] if colour.is_dir() else []
     if not images:
         yield FolderProblem(folder, f"{folder.name} holds no images in COLOR.")
     for path in images:
@@ -206,16 +208,16 @@ def _read_recording(folder: Path, day: date, tag_id: int, calibration: Path | No
             if right in images:
                 yield CaptureFile(day, tag_id, 0, path, right, calibration)
             else:
-                yield _lonely(path)
+                yield lonely(path)
         elif "RIGHT" not in path.name:
             yield FolderProblem(path, f"{path.name} is neither a LEFT nor a RIGHT image.")
         elif path.with_name(path.name.replace("RIGHT", "LEFT")) not in images:
-            yield _lonely(path)
+            yield lonely(path)
 
 
 def _read_strays(folder: Path) -> Found:
     """What belongs to neither layout."""
-    for path in _visible(folder):
+    for path in visible(folder):
         if path.is_dir():
             known = (
                 DAY_FOLDER.fullmatch(path.name)

@@ -53,9 +53,14 @@ def check_png_target(path: Path) -> None:
 
 def write_png(path: Path, image: ImageU8) -> None:
     """Writes RGB (H, W, 3) or grey (H, W)."""
+    write_target(path, encode_png(image))
+
+
+def encode_png(image: ImageU8) -> bytes:
+    """A file of RGB (H, W, 3) or grey (H, W)."""
     stored = image if image.ndim == 2 else np.ascontiguousarray(image[..., ::-1])
     _done, encoded = cv2.imencode(".png", stored)
-    write_target(path, encoded.tobytes())
+    return encoded.tobytes()
 
 
 def _pixels(file: ImageFile) -> ImageU8:

@@ -110,8 +110,8 @@ def tag_sheets(first: int, count: int, layout: Layout) -> tuple[Sheet, ...]:
 
 
 def _sheet(ids: range, layout: Layout) -> Sheet:
-    rectangles = [*_cut_marks(layout), *_ruler()]
-    texts = [_title(ids, layout), *_ruler_texts()]
+    rectangles = [*_cut_marks(layout), *ruler()]
+    texts = [_title(ids, layout), *ruler_texts()]
     for place, tag_id in enumerate(ids):
         x_mm, y_mm = layout.corner_mm(place)
         rectangles += _tag(tag_id, x_mm, y_mm + LABEL_MM, layout.cell_mm)
@@ -142,7 +142,7 @@ def _cut_marks(layout: Layout, arm_mm: float = 1.5) -> Iterator[Rectangle]:
         yield Rectangle(x_mm - LINE_MM / 2, y_mm - arm_mm, LINE_MM, 2 * arm_mm)
 
 
-def _ruler() -> Iterator[Rectangle]:
+def ruler() -> Iterator[Rectangle]:
     """Its lines' middles are at whole millimetres."""
     yield Rectangle(MARGIN_MM, MARGIN_MM + 5, RULER_MM, LINE_MM)
     for mm in range(RULER_MM + 1):
@@ -150,7 +150,8 @@ def _ruler() -> Iterator[Rectangle]:
         yield Rectangle(MARGIN_MM + mm - LINE_MM / 2, MARGIN_MM + 5, LINE_MM, height_mm)
 
 
-def _ruler_texts() -> Iterator[Text]:
+def ruler_texts() -> Iterator[Text]:
+    """The numbers below it."""
     for mm in range(0, RULER_MM + 1, 10):
         yield _centred(MARGIN_MM + mm, MARGIN_MM + 2, 2.5, str(mm))
 

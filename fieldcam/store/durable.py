@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
+from shutil import rmtree
 from uuid import uuid4
 
 from fieldcam.errors import StorageError, StorageFull
@@ -22,16 +24,38 @@ def write_durably(path: Path, content: bytes) -> None:
     temporary = path.with_name(f".{path.name}.{uuid4().hex}.part")
     try:
         make_folder(path.parent)
-        with temporary.open("wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
+        _write_through(temporary, content)
         temporary.replace(path)
         fsync_folder(path.parent)
     except OSError as error:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
         raise storage_error(path, error) from error
+
+
+def write_folder_durably(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write a new folder so that a crash leaves all of its files or none.
+
+    The same way as `write_durably`; nothing may lie under its name yet.
+    """
+    temporary = folder.with_name(f".{folder.name}.{uuid4().hex}.part")
+    try:
+        make_folder(temporary)
+        for name, content in files.items():
+            _write_through(temporary / name, content)
+        fsync_folder(temporary)
+        temporary.rename(folder)
+        fsync_folder(folder.parent)
+    except OSError as error:
+        rmtree(temporary, ignore_errors=True)
+        raise storage_error(folder, error) from error
+
+
+def _write_through(path: Path, content: bytes) -> None:
+    with path.open("wb") as stream:
+        stream.write(content)
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 def make_folder(folder: Path) -> None:
