@@ -25,6 +25,8 @@ MARKERS = cv2.aruco.DICT_5X5_1000
 """None of its markers is an AprilTag."""
 LEAST_LINES = 3
 """Columns and rows of corners that must be seen; fewer lie as good as in one line."""
+EVENED = cv2.CALIB_CB_NORMALIZE_IMAGE
+"""Without it some boards near the edge of a flash's light are not found."""
 REFINED = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 40, 1e-3)
 NARROWEST_PX, WIDEST_PX = 2, 11
 """Half the side of the window in which a corner is refined."""
@@ -107,7 +109,7 @@ def find_corners(board: Board, image: ImageU8) -> Corners:
     grey = image if image.ndim == 2 else _grey(image)
     if board.kind is Kind.CHARUCO:
         return _find_charuco(board, grey)
-    found, places = cv2.findChessboardCornersSB(grey, board.grid)
+    found, places = cv2.findChessboardCornersSB(grey, board.grid, flags=EVENED)
     if not found:
         return _nothing()
     ids = np.arange(len(board.corners_mm))
