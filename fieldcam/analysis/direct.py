@@ -36,7 +36,10 @@ class DirectAnalyst:
         if saved.calibration is not None:
             return own_camera(saved.calibration, size_px)
         if self._camera is None:
-            raise CalibrationInvalid(f"Capture {saved.key} came without a calibration.")
+            raise CalibrationInvalid(
+                f"Capture {saved.key} came without a calibration.",
+                "Calibrate the camera: `fieldcam calibrate`.",
+            )
         return self._camera
 
 

@@ -16,8 +16,8 @@ import yaml
 from fieldcam.calibration.documents import MILLIMETRES_PER_UNIT, Array
 from fieldcam.calibration.rig import Eye, StereoRig
 from fieldcam.calibration.solving import RawStereo
+from fieldcam.exchange.capture_folder import CALIBRATION_NAMES
 
-WHOLE_NAME = "calibration.yml"
 _METRE = MILLIMETRES_PER_UNIT["m"]
 
 
@@ -43,7 +43,7 @@ def calibration_files(camera: RawStereo, rig: StereoRig) -> dict[str, bytes]:
         "right.yml": _camera_info(rig, rig.right, baseline_m),
         "intrinsics.yml": _opencv(rig.size_px, intrinsics),
         "extrinsics.yml": _opencv(rig.size_px, extrinsics),
-        WHOLE_NAME: _opencv(rig.size_px, {**intrinsics, **extrinsics}),
+        CALIBRATION_NAMES[0]: _opencv(rig.size_px, {**intrinsics, **extrinsics}),
     }
 
 

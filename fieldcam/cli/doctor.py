@@ -71,6 +71,7 @@ def _checks(data: Path) -> Iterator[Check]:
     if models is not None:
         yield Check("networks", Health.GOOD, f"intact. {models.honesty}")
         yield _self_test(models)
+    yield _calibration(data)
     yield _simulator()
     yield _camera()
 
@@ -124,6 +125,21 @@ def _self_test(models: Models) -> Check:
         return Check("self-test", Health.BAD, "the tag of the drawn pair was not read")
     health = Health.GOOD if took_s <= SLOW_S else Health.WARNING
     return Check("self-test", health, f"a drawn pair took {took_s:.2f} s")
+
+
+def _calibration(data: Path) -> Check:
+    from fieldcam.calibration.readers import load_stereo_rig
+    from fieldcam.store.calibrations import calibration_in_use
+
+    try:
+        path = calibration_in_use(data)
+        if path is None:
+            return Check("calibration", Health.WARNING, "none yet: run `fieldcam calibrate`")
+        camera = load_stereo_rig(path).rectified
+    except FieldcamError as error:
+        return Check("calibration", Health.BAD, str(error))
+    numbers = f"baseline {camera.baseline_mm:.2f} mm, focal length {camera.focal_px:.1f} px"
+    return Check("calibration", Health.GOOD, f"{path.parent.name}: {numbers}")
 
 
 def _simulator() -> Check:

@@ -12,18 +12,16 @@ from fieldcam.store.captures import SavedCapture
 from fieldcam.store.connection import writing
 from fieldcam.store.imports import (
     KnownPair,
-    has_calibration,
     has_cluster,
     is_untouched,
     known_pairs,
 )
 from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.objects import CALIBRATION_SUFFIX
 from fieldcam.store.orchard_rows import Cluster
 from fieldcam.store.resuming import saved_capture
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import Capture, Event, EventKind, ObjectFile, ObjectRole
+from fieldcam.store.walk_rows import Capture, Event, EventKind
 
 
 class Fate(StrEnum):
@@ -90,13 +88,6 @@ class Intake:
         for capture in left_over:
             self.store.append(Decision(capture, Action.DISCARD), why="it was imported")
 
-    def _calibration(self, content: bytes) -> str:
-        """The name of its file, which has a row of its own."""
-        name = self.store.objects.keep(content, CALIBRATION_SUFFIX).name
-        if not has_calibration(self.store.database, name):
-            self.store.append(ObjectFile(name, len(content), ObjectRole.CALIBRATION))
-        return name
-
     def _learn(self, tag_id: int) -> None:
         """A tag of which there are pictures belongs to the block."""
         if not has_cluster(self.store.database, self.block, tag_id):
@@ -121,7 +112,7 @@ class Intake:
             trigger_ordinal=0,
             simulated=False,
             source=str(file.left.absolute()),
-            calibration=self._calibration(pair.calibration),
+            calibration=self.store.keep_calibration(pair.calibration),
         )
 
 

@@ -47,8 +47,10 @@ class LiveWalk:
         start_analysis: Callable[[Callable[[Status], None]], Analysis],
         listener: events.Listener,
         deadline_s: float = DEADLINE_S,
+        calibration: str | None = None,
     ) -> None:
-        """`start_analysis` is given what wants to hear of the analysis's status."""
+        """`start_analysis` is given what wants to hear of the analysis's status;
+        `calibration` is the stored file that each picture is kept with."""
         self._store, self._tell = store, listener
         self._view = WalkView(store, visit)
         self._book = WalkBook(self._view)
@@ -64,7 +66,14 @@ class LiveWalk:
         self._thread = threading.Thread(target=self._run, name="walk", daemon=True)
         self._thread.start()
         self._shutter = Shutter(
-            store, visit, open_camera, self._heard, self.shoot, self._aiming, deadline_s
+            store,
+            visit,
+            open_camera,
+            self._heard,
+            self.shoot,
+            self._aiming,
+            deadline_s,
+            calibration,
         )
 
     def start_preview(self) -> None:

@@ -60,11 +60,13 @@ class Shutter:
         pressed: Callable[[], None],
         aiming: Aiming,
         deadline_s: float,
+        calibration: str | None,
     ) -> None:
-        """`pressed` is called when the camera's own shutter is."""
+        """`pressed` is called when the camera's own shutter is; `calibration` is the stored
+        file that each picture is kept with."""
         self._store, self._visit = store, visit
         self._open_camera, self._hear, self._deadline_s = open_camera, hear, deadline_s
-        self._pressed, self._aiming = pressed, aiming
+        self._pressed, self._aiming, self._calibration = pressed, aiming, calibration
         self._camera: FlashStereoDevice | None = None
         self._looking, self._complaint, self._missed = False, "", False
         self._last: tuple[Shot, EntryId] | None = None
@@ -176,6 +178,7 @@ class Shutter:
                 view=shot.view,
                 retake_of=self._replaced(shot),
                 shutter=shutter,
+                calibration=self._calibration,
             )
         except FieldcamError as error:
             self._hear(shot, StorageTrouble(error))

@@ -12,6 +12,7 @@ from datetime import date
 from pathlib import Path
 
 from fieldcam.errors import StorageError
+from fieldcam.exchange.capture_folder import CALIBRATION_NAMES
 
 FOLDER_NAME = "calibrations"
 NUMBERED = re.compile(r"(\d{4,})-\d{4}-\d{2}-\d{2}", re.ASCII)
@@ -24,9 +25,9 @@ def next_calibration(data: Path, day: date) -> Path:
 
 
 def calibration_in_use(data: Path) -> Path | None:
-    """The newest calibration's folder; None where the camera was never calibrated."""
+    """The newest calibration's file of both eyes; None where the camera was never calibrated."""
     newest = max(_numbered(data), default=None)
-    return None if newest is None else newest[1]
+    return None if newest is None else newest[1] / CALIBRATION_NAMES[0]
 
 
 def _numbered(data: Path) -> Iterator[tuple[int, Path]]:

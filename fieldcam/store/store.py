@@ -23,15 +23,16 @@ from fieldcam.store.clock import Moment, now
 from fieldcam.store.connection import connect, rows, writing
 from fieldcam.store.folder import DataFolder, DataKind, open_data_folder
 from fieldcam.store.identity import Identity, identify
+from fieldcam.store.imports import has_calibration
 from fieldcam.store.journal import Clock, append
 from fieldcam.store.judgement_rows import Undo
 from fieldcam.store.lock import FolderLock
 from fieldcam.store.migrations import migrate
-from fieldcam.store.objects import Objects
+from fieldcam.store.objects import CALIBRATION_SUFFIX, Objects
 from fieldcam.store.orchard_rows import Block, Operator, Tree
 from fieldcam.store.rows import Draft, EntryId, Row, new_id
 from fieldcam.store.space import Space
-from fieldcam.store.walk_rows import Capture, Event, EventKind, Visit
+from fieldcam.store.walk_rows import Capture, Event, EventKind, ObjectFile, ObjectRole, Visit
 from fieldcam.values import RawPair
 
 DATABASE_NAME = "fieldcam.db"
@@ -126,8 +127,12 @@ class Store:
         view: int = 1,
         retake_of: EntryId | None = None,
         shutter: Moment | None = None,
+        calibration: str | None = None,
     ) -> SavedCapture:
-        """Make a raw pair durable, with the time of its shutter where that is known."""
+        """Make a raw pair durable, with the time of its shutter where that is known.
+
+        `calibration` is what `keep_calibration` gave.
+        """
         refuse_other_kind(self.folder, raw.simulated)
         self.space.check()
         left, right = keep_image(self.objects, raw.left), keep_image(self.objects, raw.right)
@@ -140,6 +145,7 @@ class Store:
             right_file=right.name,
             left_bytes=left.stat().st_size,
             right_bytes=right.stat().st_size,
+            calibration=calibration,
             **camera_facts(raw),
         )
         return self.add_capture(capture, shutter)
@@ -158,6 +164,13 @@ class Store:
             self.database_path,
             None if capture.calibration is None else self.objects.path(capture.calibration),
         )
+
+    def keep_calibration(self, content: bytes) -> str:
+        """Make a calibration file durable and give its name, which has a row of its own."""
+        name = self.objects.keep(content, CALIBRATION_SUFFIX).name
+        if not has_calibration(self.database, name):
+            self.append(ObjectFile(name, len(content), ObjectRole.CALIBRATION))
+        return name
 
     def sign_in(self, name: str) -> EntryId:
         """Rows are by this operator from now on."""

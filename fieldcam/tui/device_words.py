@@ -92,7 +92,7 @@ def calibration_facts(sizes: TagSizes | None) -> Iterator[Fact]:
     pictures = number_of(len(sizes.errors), "picture")
     yield Fact("calibration", f"{measured} in {pictures}", sizes.drifted)
     if sizes.drifted:
-        text = f"DRIFT: sizes are off by about {sizes.drift:+.1%}; have the camera calibrated"
+        text = f"DRIFT: sizes are off by about {sizes.drift:+.1%}; run `fieldcam calibrate`"
         yield Fact("", text, bad=True)
     else:
         yield Fact("", f"fits: {sizes.drift:+.1%} off, less than can be told")

@@ -6,11 +6,13 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.status import Limits
 from fieldcam.analysis.supervisor import DEFAULTS, Supervisor
 from fieldcam.camera.port import FlashStereoDevice
+from fieldcam.errors import CalibrationInvalid
 from fieldcam.models import Models
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
@@ -41,7 +43,8 @@ class Rig:
     """How long a pair may take to arrive."""
 
     def walk(self, store: Store, visit: EntryId, listener: Listener) -> LiveWalk:
-        """A walk of this visit, begun."""
+        """A walk of this visit, begun; a calibration file is kept with its pictures."""
+        camera = self.setup.camera
         log = store.folder.path / "logs" / "analysis.log"
         return LiveWalk(
             store,
@@ -50,7 +53,15 @@ class Rig:
             lambda changed: Supervisor(self.setup, log, changed, self.limits),
             listener,
             self.deadline_s,
+            store.keep_calibration(_content(camera)) if isinstance(camera, Path) else None,
         )
+
+
+def _content(calibration: Path) -> bytes:
+    try:
+        return calibration.read_bytes()
+    except OSError as error:
+        raise CalibrationInvalid(f"{calibration} cannot be read: {error.strerror}.") from error
 
 
 def run(

@@ -35,7 +35,7 @@ SWAPPED = retake(ReasonCode.SWAPPED_EYES, "Left and right are swapped: check cab
 MISPAIRED = retake(
     ReasonCode.MISPAIRED, "Left and right are not of the same moment: take it again."
 )
-DRIFT_TEXT = "The eyes have moved against each other: have the camera calibrated."
+DRIFT_TEXT = "The eyes have moved: calibrate again with `fieldcam calibrate`."
 
 
 def judge_eyes(evidence: Evidence, spoiled: bool) -> Iterator[Finding]:
