@@ -26,13 +26,16 @@ TURNED_DEG = 12.0
 FLOOR_PX, TIMES_MEDIAN = 0.3, 3.0
 """A view is dropped above both: so many pixels, and so many times what is usual here."""
 MOST_ROUNDS = 10
+ROUGH_PX = 1.5
+"""No camera is that far from its views in the middle, unless they contradict each other."""
 UNSURE_FOCAL = 0.01
 """Of the focal length: its standard deviation, beyond which nothing is known."""
+FLAT_AND_PAIRED = "Is the board flat and glued to something stiff, and are the pairs of one moment?"
 # Three radial terms cannot be told apart in a lens of 45 degrees: the third takes what
 # the others should have.
 LENS_FLAGS = cv2.CALIB_FIX_K3
 BOTH_FLAGS = LENS_FLAGS | cv2.CALIB_USE_INTRINSIC_GUESS
-ENDED = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 60, 1e-7)
+ENDED = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 30, 1e-7)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,7 +112,7 @@ def solve(views: Sequence[View], size_px: tuple[int, int]) -> Solution:
             break
         _check_count(len(agreeing), len(views))
         kept = agreeing
-    _check_camera(camera)
+    _check_camera(camera, median(judged[i].worst_px for i in kept))
     dropped = set(range(len(views))) - set(kept)
     return Solution(
         camera,
@@ -138,7 +141,7 @@ def _check_count(agreeing: int, of: int) -> None:
     if of >= LEAST_VIEWS:
         raise CalibrationInvalid(
             f"Only {agreeing} of {of} views agree with each other; {LEAST_VIEWS} are needed.",
-            "Is the board flat and glued to something stiff, and are the pairs of one moment?",
+            FLAT_AND_PAIRED,
         )
     raise CalibrationInvalid(
         f"Both eyes see the board in {of} of the pairs; {LEAST_VIEWS} are needed, 20 are good.",
@@ -210,8 +213,13 @@ def _unsolved() -> CalibrationInvalid:
     )
 
 
-def _check_camera(camera: RawStereo) -> None:
+def _check_camera(camera: RawStereo, rms_px: float) -> None:
     """Whether the numbers are worth anything."""
+    if rms_px > ROUGH_PX:
+        raise CalibrationInvalid(
+            f"The views contradict each other: corners are {rms_px:.1f} px off at best.",
+            FLAT_AND_PAIRED,
+        )
     for name, lens in (("left", camera.left), ("right", camera.right)):
         focal_px = float(lens.camera_matrix[0, 0])
         if lens.focal_sigma_px > UNSURE_FOCAL * focal_px:
