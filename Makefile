@@ -13,7 +13,7 @@ PYTEST_ARGS ?=
 TORTURE_ARGS ?=
 MEASURE_ARGS ?=
 
-.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture measure clean
+.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture measure sweep-calibrations clean
 
 demo: $(VENV)/.demo-ready
 	$(BIN)/fieldcam demo $(DEMO_ARGS)
@@ -47,6 +47,9 @@ torture: $(VENV)/.test-ready
 
 measure: $(VENV)/.test-ready
 	PYTHONPATH=tests $(BIN)/python -m measuring $(MEASURE_ARGS)
+
+sweep-calibrations: $(VENV)/.test-ready
+	PYTHONPATH=tests $(BIN)/python -m sweep_calibrations
 
 clean:
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -21,8 +21,14 @@ LEAST_SQUARES, MOST_SQUARES = 4, 40
 """To a side; below, OpenCV looks for no board."""
 MARKER_CELLS, SQUARE_CELLS = 7, 9
 """Of a ChArUco board: a marker of 5x5 bits and its border, one cell of white around it."""
-MARKERS = cv2.aruco.DICT_5X5_1000
-"""None of its markers is an AprilTag."""
+MARKERS = (
+    (50, cv2.aruco.DICT_5X5_50),
+    (100, cv2.aruco.DICT_5X5_100),
+    (250, cv2.aruco.DICT_5X5_250),
+    (1000, cv2.aruco.DICT_5X5_1000),
+)
+"""Each family begins with the one before it; a small one is searched twelve times as fast.
+None of these markers is an AprilTag."""
 LEAST_LINES = 3
 """Columns and rows of corners that must be seen; fewer lie as good as in one line."""
 EVENED = cv2.CALIB_CB_NORMALIZE_IMAGE
@@ -79,9 +85,11 @@ class Board:
     def charuco(self) -> cv2.aruco.CharucoBoard:
         """The board as OpenCV knows it."""
         marker_mm = self.square_mm * MARKER_CELLS / SQUARE_CELLS
-        family = cv2.aruco.getPredefinedDictionary(MARKERS)
+        needed = self.columns * self.rows // 2
+        family = next(family for count, family in MARKERS if count >= needed)
+        dictionary = cv2.aruco.getPredefinedDictionary(family)
         size = self.columns, self.rows
-        return cv2.aruco.CharucoBoard(size, self.square_mm, marker_mm, family)
+        return cv2.aruco.CharucoBoard(size, self.square_mm, marker_mm, dictionary)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

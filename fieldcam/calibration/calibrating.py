@@ -156,10 +156,9 @@ def calibrate(board: Board, looked: Looked) -> Calibrated:
 
 
 def _refuse_unseen(board: Board, unseen: tuple[Unseen, ...]) -> None:
-    ways = {each.why for each in unseen}
-    why = ways.pop() if len(ways) == 1 else "the eyes never see the same corners"
+    ever = Unseen("", any(e.by_left for e in unseen), any(e.by_right for e in unseen))
     raise CalibrationInvalid(
-        f"No pair can be used: {why}.",
+        f"No pair can be used: {ever.why}.",
         f"Looked for is a {board.kind} of {board.columns} x {board.rows} squares;"
         " give another with --board and --squares.",
     )

@@ -55,7 +55,7 @@ class Guide:
         seen = Seen(view.left_px, view.right_px, pose)
         after = coverage([*self._seen, seen], self._size_px)
         adds = len(after.missing_words) < len(self.coverage.missing_words)
-        if not adds and (self._is_known(seen) or self.kept >= self._enough):
+        if self._is_known(seen) or not (adds or self.kept < self._enough):
             return Advice(False, f"Nothing new. {self.wish}")
         self._seen.append(seen)
         return Advice(True, f"View {self.kept} kept. {self.wish}")
