@@ -179,13 +179,14 @@ class Walked:
         self.made, self.store, self.visit = made, made.store, visit
         self.camera, self.analysis, self.heard = ToldCamera(), ToldAnalysis(), Heard()
 
-    def start(self) -> WalkState:
+    def start(self, calibration: str | None = None) -> WalkState:
         self.live = LiveWalk(
             self.store,
             self.visit,
             self.camera.open,
             lambda changed: self.analysis,
             self.heard,
+            calibration=calibration,
         )
         return self.heard.next(Changed).state
 

@@ -12,6 +12,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from recorded_pairs import write_calibration
 from rendered_boards import Head, random_head
 
 from fieldcam.calibration.readers import load_camera, load_rectified, load_stereo_rig
@@ -122,7 +123,8 @@ def test_a_folder_is_whole_or_absent(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_the_highest_number_is_in_use_whatever_the_clock_said(tmp_path: Path) -> None:
     assert calibration_in_use(tmp_path) is None
     for number, day in ((1, "2026-05-01"), (2, "2026-05-09"), (10, "2019-01-01")):
-        (tmp_path / "calibrations" / f"{number:04d}-{day}").mkdir(parents=True)
+        write_calibration(tmp_path / "calibrations" / f"{number:04d}-{day}" / "calibration.yml")
+    (tmp_path / "calibrations" / "0010-2026-05-11").mkdir()
     (tmp_path / "calibrations" / ".0011-2026-05-10.abc.part").mkdir()
     (tmp_path / "calibrations" / "notes").mkdir()
     newest = tmp_path / "calibrations" / "0010-2019-01-01"

@@ -26,8 +26,9 @@ def next_calibration(data: Path, day: date) -> Path:
 
 def calibration_in_use(data: Path) -> Path | None:
     """The newest calibration's file of both eyes; None where the camera was never calibrated."""
-    newest = max(_numbered(data), default=None)
-    return None if newest is None else newest[1] / CALIBRATION_NAMES[0]
+    files = ((number, path / CALIBRATION_NAMES[0]) for number, path in _numbered(data))
+    newest = max((each for each in files if each[1].is_file()), default=None)
+    return None if newest is None else newest[1]
 
 
 def _numbered(data: Path) -> Iterator[tuple[int, Path]]:
