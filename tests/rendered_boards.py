@@ -235,18 +235,29 @@ def _picture(
 def _softened(board: Printed, on_board: Array) -> Array:
     """Mean over each pixel, inside which the board's coordinates are as good as linear."""
     paper = DARK + (LIGHT - DARK) * np.pad(board.cells, 1, constant_values=255) / 255.0
+    margin = 6.0 / board.cell_mm  # of white paper around the board
+    rows, columns = board.cells.shape
+    value = np.full(on_board.shape[:2], BEHIND)
+    nearly = np.abs(on_board - (columns / 2, rows / 2)) < (
+        columns / 2 + margin * 2,
+        rows / 2 + margin * 2,
+    )
+    seen = np.argwhere(nearly.all(axis=2))
+    if not len(seen):
+        return value
+    part = tuple(slice(a, b + 1) for a, b in zip(seen.min(axis=0), seen.max(axis=0), strict=True))
+    on_board = on_board[part]
     down, across = np.gradient(on_board, axis=(0, 1))
     total = np.zeros(on_board.shape[:2])
     steps = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
-    margin = 6.0 / board.cell_mm  # of white paper around the board
-    rows, columns = board.cells.shape
     for dx, dy in product(steps, steps):
         x, y = np.moveaxis(on_board + dx * across + dy * down, 2, 0)
         column = np.clip(np.floor(x), -1, columns).astype(np.intp) + 1
         row = np.clip(np.floor(y), -1, rows).astype(np.intp) + 1
         off = (x < -margin) | (y < -margin) | (x > columns + margin) | (y > rows + margin)
         total += np.where(off, BEHIND, paper[row, column])
-    return total / SAMPLES**2
+    value[part] = total / SAMPLES**2
+    return value
 
 
 @lru_cache(maxsize=2)

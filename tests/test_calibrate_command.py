@@ -16,6 +16,7 @@ from fieldcam.calibration.readers import load_stereo_rig
 from fieldcam.camera import finding
 from fieldcam.camera.preview import Preview
 from fieldcam.cli import main
+from fieldcam.cli.doctor import Health, _calibration
 from fieldcam.errors import CameraUnplugged, CaptureTimeout, ExitCode
 from fieldcam.exchange.board_pairs import read_pair_folder
 from fieldcam.exchange.images import read_image
@@ -80,6 +81,11 @@ def test_a_folder_becomes_the_calibration_in_use(
     assert rig.rectified.baseline_mm == pytest.approx(head.baseline_mm, abs=0.3)
     assert rig.left.camera_matrix[0, 0] == pytest.approx(head.left.fx, rel=5e-3)
     assert f"Baseline {rig.rectified.baseline_mm:.2f} mm" in said.out
+    known = _calibration(data)
+    assert known.health is Health.GOOD and known.text.startswith("0001-")
+    in_use.write_text("M1: nothing")
+    assert _calibration(data).health is Health.BAD
+    assert _calibration(tmp_path).health is Health.WARNING
     rows = said.out.split("\n\n")[0].splitlines()
     assert rows[0].split()[0] == "view" and len(rows) == 1 + VIEWS + 1
     assert rows[-1].endswith("no: neither eye sees the board")

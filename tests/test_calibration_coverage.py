@@ -7,7 +7,7 @@ import pytest
 from rendered_boards import Head, Lens, Pose
 
 from fieldcam.calibration.boards import Board, Kind, View
-from fieldcam.calibration.coverage import CELLS, Seen, coverage
+from fieldcam.calibration.coverage import COLUMN_WORDS, ROW_WORDS, Seen, coverage
 from fieldcam.calibration.guide import Guide
 from fieldcam.calibration.poses import Tilt, usual_pose
 
@@ -57,7 +57,7 @@ def test_tilt_and_range_are_told_before_the_camera_is_known(tilt: Tilt, range_mm
 
 def test_nothing_is_covered_before_the_first_view() -> None:
     found = coverage([], SIZE)
-    shared = 2 * (CELLS[0] - 1) * CELLS[1]
+    shared = 2 * (len(COLUMN_WORDS) - 1) * len(ROW_WORDS)
     assert len(found.missing_cells) == shared
     assert len(found.missing_words) == shared + 2 + 4
     assert len(found.next_words) == 3
@@ -104,9 +104,10 @@ def test_whoever_follows_the_guide_comes_to_an_end() -> None:
                 for i, word in ((1, "middle left"), (2, "middle right"), (0, "left"), (3, "right"))
                 if f"{word} part" in wish or f"{word} corner" in wish
             )
-            x_px = (column + 0.5) * 360 + (disparity_px if "of the right picture" in wish else 0)
-            y_px = 180.0 if "upper" in wish.split("picture")[0] else 540.0
-            y_px = 900.0 if "lower" in wish.split("picture")[0] else y_px
+            x_px = (0.1, 0.35, 0.65, 0.9)[column] * SIZE[0]
+            x_px += disparity_px if "of the right picture" in wish else 0
+            row = 0 if "in the upper" in wish else 2 if "in the lower" in wish else 1
+            y_px = (0.12, 0.5, 0.88)[row] * SIZE[1]
         reach_px = LENS.fx * 90 / range_mm, LENS.fx * 60 / range_mm
         view = held(
             tilt,

@@ -159,6 +159,6 @@ def _refuse_unseen(board: Board, unseen: tuple[Unseen, ...]) -> None:
     ever = Unseen("", any(e.by_left for e in unseen), any(e.by_right for e in unseen))
     raise CalibrationInvalid(
         f"No pair can be used: {ever.why}.",
-        f"Looked for is a {board.kind} of {board.columns} x {board.rows} squares;"
+        f"Looked for is a {board.kind} of {board.columns} x {board.rows} squares, not corners;"
         " give another with --board and --squares.",
     )

@@ -17,9 +17,10 @@ from fieldcam.calibration.boards import Pixels
 from fieldcam.calibration.poses import Pose, Tilt
 from fieldcam.values import FARTHEST_MM, NEAREST_MM
 
-CELLS = (4, 3)
-"""Columns and rows that a picture is divided into. Within the working range, the left
-eye's first column and the right eye's last show what the other eye does not see."""
+COLUMN_EDGES, ROW_EDGES = (0.0, 0.2, 0.5, 0.8, 1.0), (0.0, 0.25, 0.75, 1.0)
+"""Of the cells that a picture is divided into, in widths and heights of it. The outer ones
+are narrow, since lenses bend most there. Within the working range, the left eye's first
+column and the right eye's last show what the other eye does not see."""
 ROW_WORDS = ("upper ", "", "lower ")
 COLUMN_WORDS = ("left", "middle left", "middle right", "right")
 LEAST_CORNERS = 4
@@ -42,7 +43,7 @@ class Cell(NamedTuple):
 
     @property
     def words(self) -> str:
-        corner = self.row != 1 and self.column in (0, CELLS[0] - 1)
+        corner = self.row != 1 and self.column in (0, len(COLUMN_WORDS) - 1)
         name = f"{ROW_WORDS[self.row]}{COLUMN_WORDS[self.column]} {'corner' if corner else 'part'}"
         return f"in the {name} of the {self.eye} picture"
 
@@ -124,11 +125,10 @@ def coverage(seen: Sequence[Seen], size_px: tuple[int, int]) -> Coverage:
 
 
 def _counts(places: Iterable[Pixels], size_px: tuple[int, int]) -> Counts:
-    counts = np.zeros(CELLS[::-1], np.intp)
+    counts = np.zeros((len(ROW_WORDS), len(COLUMN_WORDS)), np.intp)
     for places_px in places:
-        column, row = (
-            np.clip(places_px[:, i] * CELLS[i] // size_px[i], 0, CELLS[i] - 1).astype(np.intp)
-            for i in (0, 1)
-        )
+        x, y = (places_px / size_px).T
+        # By the inner edges: what lies beyond the picture belongs to its outer cells.
+        row, column = np.digitize(y, ROW_EDGES[1:-1]), np.digitize(x, COLUMN_EDGES[1:-1])
         np.add.at(counts, (row, column), 1)
     return counts

@@ -12,7 +12,7 @@ import numpy as np
 
 from fieldcam.calibration.boards import Pixels
 from fieldcam.calibration.calibrating import Calibrated, ViewReport
-from fieldcam.calibration.coverage import CELLS, FAR_MM, NEAR_MM
+from fieldcam.calibration.coverage import COLUMN_EDGES, FAR_MM, NEAR_MM, ROW_EDGES
 from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface
 from fieldcam.values import FARTHEST_MM, NEAREST_MM, ImageU8
 
@@ -56,10 +56,10 @@ def _draw_eye(canvas: Canvas, panel: Rect, result: Calibrated, eye: str) -> None
     title = f"{eye} eye: corners of {len(result.kept)} views"
     canvas.text((panel.x0, panel.y0 - 12), title, TEXT, INK)
     unseen = {cell[1:] for cell in result.coverage.missing_cells if cell.eye == eye}
-    wide, tall = (panel.x1 - panel.x0) / CELLS[0], (panel.y1 - panel.y0) / CELLS[1]
-    for row, column in np.ndindex(CELLS[::-1]):
-        x0, y0 = panel.x0 + column * wide, panel.y0 + row * tall
-        cell = Rect(x0, y0, x0 + wide, y0 + tall)
+    xs = [panel.x0 + edge * (panel.x1 - panel.x0) for edge in COLUMN_EDGES]
+    ys = [panel.y0 + edge * (panel.y1 - panel.y0) for edge in ROW_EDGES]
+    for row, column in np.ndindex(len(ys) - 1, len(xs) - 1):
+        cell = Rect(xs[column], ys[row], xs[column + 1], ys[row + 1])
         if (row, column) in unseen:
             canvas.panel(cell, UNSEEN, 1.0)
         _outline(canvas, cell)
