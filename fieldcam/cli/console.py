@@ -55,6 +55,11 @@ def narrate(text: str) -> None:
         sys.stderr.flush()
 
 
+def printable(text: str) -> str:
+    """What a device wrote, without what would command the terminal."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
+
+
 def table(rows: Sequence[Sequence[str]], alignment: str) -> list[str]:
     """Lines of a table; `alignment` holds one of < and > for each column."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(alignment))]

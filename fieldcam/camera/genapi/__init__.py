@@ -18,6 +18,7 @@ from fieldcam.camera.genapi.features import (
     RegisterFeature,
     StringFeature,
 )
+from fieldcam.camera.genapi.listing import Entry, declared_entries, present_entries
 from fieldcam.camera.genapi.node_map import NodeMap
 from fieldcam.camera.genapi.number_features import FloatFeature, IntegerFeature
 from fieldcam.camera.genapi.registers import NoCamera, Registers
@@ -28,6 +29,7 @@ __all__ = [
     "CategoryFeature",
     "CommandFeature",
     "Document",
+    "Entry",
     "EnumEntry",
     "EnumerationFeature",
     "Feature",
@@ -40,5 +42,7 @@ __all__ = [
     "Representation",
     "StringFeature",
     "Visibility",
+    "declared_entries",
     "load_feature_file",
+    "present_entries",
 ]

@@ -25,18 +25,21 @@ class Registers(Protocol):
     def write(self, address: int, data: bytes) -> None: ...
 
 
+class NotConnected(CameraUnplugged):
+    """Only a camera could tell, and there is none behind the feature file."""
+
+    def __init__(self) -> None:
+        super().__init__("Only the camera can tell, and none is connected.", "Plug it in.")
+
+
 class NoCamera:
     """Stands in for the registers where only the feature file is at hand."""
 
     def read(self, address: int, length: int) -> bytes:
-        raise _not_connected()
+        raise NotConnected
 
     def write(self, address: int, data: bytes) -> None:
-        raise _not_connected()
-
-
-def _not_connected() -> CameraUnplugged:
-    return CameraUnplugged("Only the camera can tell, and none is connected.", "Plug it in.")
+        raise NotConnected
 
 
 @dataclass(frozen=True, slots=True)

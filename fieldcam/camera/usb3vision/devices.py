@@ -66,6 +66,21 @@ class AttachedCamera:
     trouble: DeviceError | None
     """Why its names could not be read."""
 
+    @property
+    def port(self) -> str:
+        """As Linux names the socket, such as 2-1.3."""
+        return port_name(self.bus, self.ports)
+
+    @property
+    def power_ma(self) -> int:
+        """The most that it says it takes from the port."""
+        return self.max_power * (8 if self.speed.is_usb3 else 2)
+
+
+def port_name(bus: int, ports: tuple[int, ...]) -> str:
+    """As Linux names a USB socket."""
+    return f"{bus}-{'.'.join(map(str, ports)) or '?'}"
+
 
 def attached_cameras(backend: IBackend | None = None) -> tuple[AttachedCamera, ...]:
     """All USB3 Vision cameras, by bus and socket; none of them is claimed.
@@ -161,9 +176,14 @@ class OpenCamera:
 
 def open_attached(camera: AttachedCamera, backend: IBackend | None = None) -> OpenCamera:
     """Claim this camera; raises CameraBusy, CameraForbidden or CameraUnplugged."""
+    return _opened(claim_attached(camera, backend))
+
+
+def claim_attached(camera: AttachedCamera, backend: IBackend | None = None) -> UsbLink:
+    """Its endpoints, without asking it anything; raises as `open_attached` does."""
     for device, interfaces in attached(backend):
         if (device.bus, device.address) == (camera.bus, camera.address):
-            return _opened(UsbLink(device, interfaces))
+            return UsbLink(device, interfaces)
     raise CameraUnplugged("The camera is gone.", "Check its cable at both ends.")
 
 

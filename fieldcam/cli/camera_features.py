@@ -1,0 +1,145 @@
+"""`fieldcam camera features`: what a camera can be set to, and how it is set now."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
+from fieldcam.cli.chosen_camera import add_serial, choose_camera
+from fieldcam.cli.console import emit, emit_json, narrate, printable, table
+from fieldcam.errors import CameraUnsupported, FeatureFileInvalid
+
+if TYPE_CHECKING:
+    from fieldcam.camera.genapi import Document, Entry
+
+ASK_THE_CAMERA = "(ask the camera)"
+"""Printed where only registers know."""
+INDENT = "  "
+UNBOUNDED = ([-(2**63), 2**63 - 1], [-sys.float_info.max, sys.float_info.max])
+"""Ranges that say nothing but the type."""
+
+
+def register(actions: Subparsers[Parser]) -> None:
+    features = add_command(actions, "features", "list a camera's features", _features)
+    source = features.add_mutually_exclusive_group()
+    source.add_argument(
+        "--xml",
+        type=Path,
+        metavar="FILE",
+        help="a GenICam feature file, plain or zipped; needs no camera",
+    )
+    add_serial(source)
+    add_json(features)
+
+
+def _features(arguments: argparse.Namespace) -> None:
+    if arguments.xml is None:
+        document, entries = _of_camera(arguments.serial)
+    else:
+        document, entries = _of_file(arguments.xml)
+    if arguments.json:
+        emit_json(
+            {
+                "vendor": document.vendor,
+                "model": document.model,
+                "schema_version": document.schema_version,
+                "features": entries,
+            }
+        )
+        return
+    for line in feature_lines(entries, ASK_THE_CAMERA if arguments.xml else ""):
+        emit(line)
+    narrate(
+        f"{printable(f'{document.vendor} {document.model}')}, GenApi {document.schema_version}: "
+        f"{len(entries)} features in the category tree, {len(document.nodes)} nodes in all."
+    )
+    if arguments.xml is not None:
+        narrate("? behind an access: it depends on the camera's present settings.")
+
+
+def _of_file(path: Path) -> tuple[Document, list[Entry]]:
+    from fieldcam.camera.genapi import NoCamera, NodeMap, declared_entries, load_feature_file
+
+    document = load_feature_file(_read(path))
+    return document, list(declared_entries(NodeMap(document, NoCamera())))
+
+
+def _of_camera(serial: str | None) -> tuple[Document, list[Entry]]:
+    """What is wrong with the file that a camera brings is the camera's fault."""
+    from fieldcam.camera.genapi import NodeMap, load_feature_file, present_entries
+    from fieldcam.camera.usb3vision.description import cache_folder
+    from fieldcam.camera.usb3vision.devices import open_attached
+
+    with open_attached(choose_camera(serial)) as camera:
+        try:
+            document = load_feature_file(camera.description(cache_folder()))
+            return document, list(present_entries(NodeMap(document, camera.registers)))
+        except FeatureFileInvalid as error:
+            raise CameraUnsupported(error.message, error.hint) from error
+
+
+def _read(path: Path) -> bytes:
+    from fieldcam.camera.genapi.feature_file import LARGEST_FILE_BYTES
+
+    try:
+        with path.open("rb") as file:
+            return file.read(LARGEST_FILE_BYTES + 1)
+    except OSError as error:
+        raise FeatureFileInvalid(f"{path} cannot be read: {error.strerror}.") from error
+
+
+def feature_lines(entries: Iterable[Entry], unknown: str = "") -> list[str]:
+    """A table for reading; `unknown` stands for a value that nobody told."""
+    rows = [["feature", "type", "access", "for", "unit", "values"]]
+    rows += [[printable(cell) for cell in _row(entry, unknown)] for entry in entries]
+    return table(rows, "<<<<<<")
+
+
+def _row(entry: Entry, unknown: str) -> list[str]:
+    conditional = "?" if entry.get("conditional") else ""
+    return [
+        INDENT * entry["depth"] + entry["name"],
+        entry["type"],
+        "" if entry["type"] == "category" else f"{entry['access'] or '-'}{conditional}",
+        entry["visibility"].lower(),
+        entry.get("unit", ""),
+        " ".join(_words(entry, unknown)),
+    ]
+
+
+def _words(entry: Entry, unknown: str) -> Iterator[str]:
+    if "problem" in entry:
+        yield entry["problem"]
+    if "entries" in entry:
+        yield ", ".join(e["name"] for e in entry["entries"] if e["available"] is not False)
+    if entry.get("value") is not None:
+        yield f"= {_number(entry['value'], unknown)}"
+        if _bounded(entry) and entry["access"] == "RW":
+            yield f"({_range(entry, unknown)})"
+    elif "min" in entry:
+        yield _range(entry, unknown) if _bounded(entry) else unknown
+    elif "value" in entry and "entries" not in entry:
+        yield unknown
+
+
+def _bounded(entry: Entry) -> bool:
+    if "min" not in entry:
+        return False
+    ends = [entry["min"], entry["max"]]
+    return ends != [None, None] and ends not in UNBOUNDED
+
+
+def _range(entry: Entry, unknown: str) -> str:
+    step = entry["increment"]
+    steps = f" in steps of {_number(step, unknown)}" if step not in (None, 1) else ""
+    return f"{_number(entry['min'], unknown)} to {_number(entry['max'], unknown)}{steps}"
+
+
+def _number(value: object, unknown: str) -> str:
+    if value is None:
+        return unknown
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
