@@ -6,14 +6,14 @@ import argparse
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from fieldcam.cli import camera_features
+from fieldcam.cli import camera_features, camera_grab
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
 from fieldcam.cli.console import emit, emit_json, narrate, printable
 
 if TYPE_CHECKING:
     from fieldcam.camera.usb3vision.devices import AttachedCamera
 
-GROUPS = (camera_features,)
+GROUPS = (camera_features, camera_grab)
 SPEEDS = (
     "not known",
     "USB 1, 1.5 Mbit/s",
