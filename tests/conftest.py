@@ -25,7 +25,9 @@ from fieldcam.values import Flag, Reason, ReasonCode, Status, Verdict
 from fieldcam.vision.pipeline import Pipeline
 
 if TYPE_CHECKING:
+    from emulated_camera.bus import UsbBus
     from emulated_camera.plugged_bus import PluggedBus
+    from emulated_camera.shapes import StereoHead
 
 # How long an example takes says more about the machine than about the code.
 settings.register_profile("checks", deadline=None, max_examples=150)
@@ -65,6 +67,33 @@ def served_bus() -> Iterator[PluggedBus]:
         pytest.skip(reason)
     with PluggedBus(UsbBus()) as served:
         yield served
+
+
+@pytest.fixture
+def usb_bus(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> UsbBus:
+    """The only USB bus that pyusb sees in this process; timeouts take no time."""
+    import usb.core
+    from emulated_camera.backend import EmulatedBackend
+    from emulated_camera.bus import UsbBus
+    from emulated_camera.clocks import SteppedClock
+
+    bus = UsbBus(SteppedClock())
+    backend, find = EmulatedBackend(bus), usb.core.find
+    monkeypatch.setattr(usb.core, "find", lambda **how: find(**how | {"backend": backend}))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return bus
+
+
+@pytest.fixture
+def stereo_cameras(usb_bus: UsbBus) -> StereoHead:
+    """Two small cameras of one head, plugged in."""
+    from emulated_camera.pictures import gradients
+    from emulated_camera.sensor import Sensor
+    from emulated_camera.shapes import Shape, stereo_head
+
+    head = stereo_head(usb_bus, Shape.TWO_DEVICES, gradients(64, 48), Sensor(width_px=64))
+    head.plug()
+    return head
 
 
 @pytest.fixture

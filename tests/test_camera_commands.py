@@ -7,15 +7,12 @@ import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import emulated_camera.camera
 import pytest
 import usb.core
-from emulated_camera.backend import EmulatedBackend
 from emulated_camera.bus import UsbBus
-from emulated_camera.clocks import SteppedClock
 from emulated_camera.control import ControlChannel, Reply
 from emulated_camera.descriptors import Speed
 from emulated_camera.faults import ALWAYS, Fault
@@ -32,25 +29,6 @@ from fieldcam.errors import ExitCode
 Capture = pytest.CaptureFixture[str]
 
 
-@pytest.fixture
-def bus(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> UsbBus:
-    """The only USB bus of this machine."""
-    bus = UsbBus(SteppedClock())
-    backend, find = EmulatedBackend(bus), usb.core.find
-    monkeypatch.setattr(usb.core, "find", lambda **how: find(**how | {"backend": backend}))
-    monkeypatch.setattr(holders, "holder_of", lambda *_: None)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    return bus
-
-
-@pytest.fixture
-def head(bus: UsbBus) -> StereoHead:
-    """Two cameras, plugged in."""
-    found = stereo_head(bus, Shape.TWO_DEVICES, gradients(64, 48), Sensor(width_px=64))
-    found.plug()
-    return found
-
-
 def run(capsys: Capture, *words: object) -> tuple[int, str, str]:
     code = main(["camera", *map(str, words)])
     printed = capsys.readouterr()
@@ -64,7 +42,7 @@ def listed(capsys: Capture) -> list[dict[str, Any]]:
     return found
 
 
-def test_cameras_are_listed_with_their_ports(capsys: Capture, head: StereoHead) -> None:
+def test_cameras_are_listed_with_their_ports(capsys: Capture, stereo_cameras: StereoHead) -> None:
     left, right = listed(capsys)
     assert (left["serial"], right["serial"]) == (LEFT_SERIAL, RIGHT_SERIAL)
     assert (left["port"], left["usb3"], left["power_ma"]) == ("2-1", True, 896)
@@ -73,22 +51,22 @@ def test_cameras_are_listed_with_their_ports(capsys: Capture, head: StereoHead) 
     assert f"Flash Eye 1440 {LEFT_SERIAL}\n" in out and "896 mA" in out and "slow" not in out
 
 
-def test_a_usb_2_port_is_warned_of(capsys: Capture, head: StereoHead) -> None:
-    head.plug(Speed.HIGH)
+def test_a_usb_2_port_is_warned_of(capsys: Capture, stereo_cameras: StereoHead) -> None:
+    stereo_cameras.plug(Speed.HIGH)
     assert [(c["usb3"], c["power_ma"]) for c in listed(capsys)] == [(False, 500)] * 2
     assert "slow" in run(capsys, "list")[1]
 
 
-def test_no_camera_is_an_empty_list(capsys: Capture, bus: UsbBus) -> None:
+def test_no_camera_is_an_empty_list(capsys: Capture, usb_bus: UsbBus) -> None:
     assert listed(capsys) == []
     code, out, err = run(capsys, "list")
     assert (code, out.strip()) == (ExitCode.OK, "No USB3 Vision camera is attached.")
     assert "camera probe" in err
 
 
-def test_a_forbidden_camera_is_listed_with_the_udev_rule(capsys: Capture, bus: UsbBus) -> None:
-    head = stereo_head(bus, Shape.SIDE_BY_SIDE, gradients(64, 48), Sensor(width_px=64))
-    bus.plug(head.cameras[0], permitted=False)
+def test_a_forbidden_camera_is_listed_with_the_udev_rule(capsys: Capture, usb_bus: UsbBus) -> None:
+    head = stereo_head(usb_bus, Shape.SIDE_BY_SIDE, gradients(64, 48), Sensor(width_px=64))
+    usb_bus.plug(head.cameras[0], permitted=False)
     (camera,) = listed(capsys)
     assert camera["serial"] == "" and UDEV_RULE in camera["trouble"]["hint"]
     assert UDEV_RULE in run(capsys, "list")[1]
@@ -98,22 +76,22 @@ def test_a_forbidden_camera_is_listed_with_the_udev_rule(capsys: Capture, bus: U
 
 
 def test_who_holds_a_camera_is_named(
-    capsys: Capture, head: StereoHead, monkeypatch: pytest.MonkeyPatch
+    capsys: Capture, stereo_cameras: StereoHead, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(holders, "holder_of", lambda *_: "viewer (process 20)")
     assert [camera["held_by"] for camera in listed(capsys)] == ["viewer (process 20)"] * 2
     assert "by viewer (process 20)" in run(capsys, "list")[1]
 
 
-def test_what_would_command_the_terminal_is_not_printed(capsys: Capture, bus: UsbBus) -> None:
-    head = stereo_head(bus, Shape.TWO_DEVICES, gradients(64, 48), Sensor(width_px=64))
+def test_what_would_command_the_terminal_is_not_printed(capsys: Capture, usb_bus: UsbBus) -> None:
+    head = stereo_head(usb_bus, Shape.TWO_DEVICES, gradients(64, 48), Sensor(width_px=64))
     object.__setattr__(head.cameras[0].identity, "model", "\x1b[31mRed")
     head.plug()
     assert "?[31mRed" in run(capsys, "list")[1]
 
 
-def test_features_have_the_cameras_own_values(capsys: Capture, head: StereoHead) -> None:
-    head.cameras[1].settings.register("ExposureTime").real = 321.5
+def test_features_have_the_cameras_own_values(capsys: Capture, stereo_cameras: StereoHead) -> None:
+    stereo_cameras.cameras[1].settings.register("ExposureTime").real = 321.5
     code, out, _ = run(capsys, "features", "--serial", RIGHT_SERIAL, "--json")
     features = {feature["name"]: feature for feature in json.loads(out)["features"]}
     assert code == ExitCode.OK
@@ -128,9 +106,9 @@ def test_features_have_the_cameras_own_values(capsys: Capture, head: StereoHead)
 
 @pytest.mark.parametrize("bits", [b"\xff" * 8, b"\0\0\0\0\0\0\xf0\x7f"])
 def test_a_value_that_is_no_number_is_left_out(
-    capsys: Capture, head: StereoHead, bits: bytes
+    capsys: Capture, stereo_cameras: StereoHead, bits: bytes
 ) -> None:
-    head.cameras[0].settings.register("ExposureTime").data[:] = bits
+    stereo_cameras.cameras[0].settings.register("ExposureTime").data[:] = bits
     code, out, _ = run(capsys, "features", "--serial", LEFT_SERIAL, "--json")
     (value,) = [f["value"] for f in json.loads(out)["features"] if f["name"] == "ExposureTime"]
     assert (code, value) == (ExitCode.OK, None)
@@ -145,23 +123,23 @@ def test_a_value_that_is_no_number_is_left_out(
     ],
 )
 def test_the_camera_meant_must_be_told(
-    capsys: Capture, head: StereoHead, choice: tuple[str, ...], code: ExitCode, words: str
+    capsys: Capture, stereo_cameras: StereoHead, choice: tuple[str, ...], code: ExitCode, words: str
 ) -> None:
     found, _, err = run(capsys, "features", *choice)
     assert found == code and words in err
 
 
-def test_without_a_camera_features_say_so(capsys: Capture, bus: UsbBus) -> None:
+def test_without_a_camera_features_say_so(capsys: Capture, usb_bus: UsbBus) -> None:
     code, out, err = run(capsys, "features")
     assert (code, out) == (ExitCode.DEVICE, "") and "No USB3 Vision camera" in err
 
 
 @pytest.mark.parametrize("xml", [b"<a", b"<a/>", b""])
 def test_a_camera_that_describes_itself_wrongly_is_at_fault(
-    capsys: Capture, bus: UsbBus, monkeypatch: pytest.MonkeyPatch, xml: bytes
+    capsys: Capture, usb_bus: UsbBus, monkeypatch: pytest.MonkeyPatch, xml: bytes
 ) -> None:
     monkeypatch.setattr(emulated_camera.camera, "description", lambda *_: xml)
-    stereo_head(bus, Shape.SIDE_BY_SIDE, gradients(64, 48), Sensor(width_px=64)).plug()
+    stereo_head(usb_bus, Shape.SIDE_BY_SIDE, gradients(64, 48), Sensor(width_px=64)).plug()
     code, out, err = run(capsys, "features")
     assert (code, out) == (ExitCode.DEVICE, "") and "maker" in err
 
@@ -174,21 +152,21 @@ def test_a_camera_that_describes_itself_wrongly_is_at_fault(
     ],
 )
 def test_features_of_a_camera_in_trouble_end_in_one_sentence(
-    capsys: Capture, head: StereoHead, spoil: Callable[[StereoHead], None], words: str
+    capsys: Capture, stereo_cameras: StereoHead, spoil: Callable[[StereoHead], None], words: str
 ) -> None:
-    spoil(head)
+    spoil(stereo_cameras)
     code, out, err = run(capsys, "features", "--serial", LEFT_SERIAL)
     assert (code, out) == (ExitCode.DEVICE, "") and words in err
 
 
 def test_a_camera_pulled_while_it_is_read_is_gone(
-    capsys: Capture, head: StereoHead, monkeypatch: pytest.MonkeyPatch
+    capsys: Capture, stereo_cameras: StereoHead, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     answer, asked = ControlChannel.answer, iter(range(1000))
 
     def pulled(channel: ControlChannel, data: bytes) -> list[Reply]:
         if next(asked) == 60:
-            head.unplug()
+            stereo_cameras.unplug()
         return answer(channel, data)
 
     monkeypatch.setattr(ControlChannel, "answer", pulled)
