@@ -23,7 +23,7 @@ from emulated_camera.shapes import LEFT_SERIAL, RIGHT_SERIAL, Shape, StereoHead,
 
 from fieldcam.camera.usb3vision import holders
 from fieldcam.camera.usb3vision.usb_faults import UDEV_RULE
-from fieldcam.cli import main
+from fieldcam.cli import doctor, main
 from fieldcam.errors import ExitCode
 
 Capture = pytest.CaptureFixture[str]
@@ -172,6 +172,33 @@ def test_a_camera_pulled_while_it_is_read_is_gone(
     monkeypatch.setattr(ControlChannel, "answer", pulled)
     code, out, err = run(capsys, "features", "--serial", LEFT_SERIAL)
     assert (code, out) == (ExitCode.DEVICE, "") and "The camera is gone" in err
+
+
+def checked() -> list[tuple[str, str]]:
+    """Health and text of what the doctor says of cameras."""
+    return [(check.health, check.text) for check in doctor._cameras()]
+
+
+def test_the_doctor_looks_at_each_camera(usb_bus: UsbBus) -> None:
+    ((health, text),) = checked()
+    assert health == "warning" and "none is attached" in text
+    head = stereo_head(usb_bus, Shape.TWO_DEVICES, gradients(64, 48), Sensor(width_px=64))
+    left, right = head.cameras
+    usb_bus.plug(left)
+    usb_bus.plug(right, permitted=False)
+    (_, good), (_, bad) = sorted(checked(), reverse=True)
+    assert f"{LEFT_SERIAL}: USB 3" in good and UDEV_RULE in bad
+    head.plug(Speed.HIGH)
+    assert [health for health, _ in checked()] == ["warning"] * 2
+
+
+def test_the_doctor_misses_libusb(monkeypatch: pytest.MonkeyPatch) -> None:
+    def find(**_: object) -> None:
+        raise usb.core.NoBackendError("No backend available")
+
+    monkeypatch.setattr(usb.core, "find", find)
+    ((health, text),) = checked()
+    assert health == "warning" and "libusb-1.0-0" in text
 
 
 def test_without_libusb_the_commands_say_what_to_install(

@@ -11,15 +11,20 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 from time import perf_counter
+from typing import TYPE_CHECKING
 from uuid import uuid4
 
 from fieldcam import __version__
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
-from fieldcam.cli.console import emit, emit_json, table
-from fieldcam.errors import FieldcamError
+from fieldcam.cli.camera_listing import SLOW, SPEEDS
+from fieldcam.cli.console import emit, emit_json, printable, table
+from fieldcam.errors import FieldcamError, UsbLibraryMissing
 from fieldcam.models import Models, find_models, verify_model
 from fieldcam.store.durable import write_durably
 from fieldcam.store.folder import data_path
+
+if TYPE_CHECKING:
+    from fieldcam.camera.usb3vision.devices import AttachedCamera
 
 LEAST_FREE_GB = 2.0
 """A day's walk of 70 clusters with retakes, raw, is 0.3 GB."""
@@ -73,7 +78,7 @@ def _checks(data: Path) -> Iterator[Check]:
         yield _self_test(models)
     yield _calibration(data)
     yield _simulator()
-    yield _camera()
+    yield from _cameras()
 
 
 def _machine() -> Check:
@@ -152,8 +157,24 @@ def _simulator() -> Check:
     return Check("simulator", Health.GOOD, "installed")
 
 
-def _camera() -> Check:
-    from ctypes.util import find_library
+def _cameras() -> Iterator[Check]:
+    from fieldcam.camera.usb3vision.devices import attached_cameras
 
-    libusb = "libusb is installed" if find_library("usb-1.0") else "libusb is missing"
-    return Check("camera", Health.WARNING, f"{libusb}; this version reads pictures from files only")
+    try:
+        cameras = attached_cameras()
+    except UsbLibraryMissing as error:
+        yield Check("camera", Health.WARNING, str(error))
+        return
+    if not cameras:
+        text = "none is attached; libusb is installed (`fieldcam camera probe` tells more)"
+        yield Check("camera", Health.WARNING, text)
+    yield from map(_camera, cameras)
+
+
+def _camera(camera: AttachedCamera) -> Check:
+    if camera.trouble is not None:
+        return Check("camera", Health.BAD, str(camera.trouble))
+    name = printable(f"{camera.names.model} {camera.names.serial}".strip() or camera.port)
+    if not camera.speed.is_usb3:
+        return Check("camera", Health.WARNING, f"{name}: {SPEEDS[camera.speed]}; {SLOW}")
+    return Check("camera", Health.GOOD, f"{name}: {SPEEDS[camera.speed]}")
