@@ -24,6 +24,7 @@ from emulated_camera.shapes import LEFT_SERIAL, RIGHT_SERIAL, Shape, StereoHead,
 from fieldcam.camera.usb3vision import holders
 from fieldcam.camera.usb3vision.usb_faults import UDEV_RULE
 from fieldcam.cli import doctor, main
+from fieldcam.cli.camera_features import feature_lines
 from fieldcam.errors import ExitCode
 
 Capture = pytest.CaptureFixture[str]
@@ -101,7 +102,24 @@ def test_features_have_the_cameras_own_values(capsys: Capture, stereo_cameras: S
     assert features["OffsetX"]["max"] == 64 - 8
     assert (features["ChunkGain"]["access"], "value" in features["ChunkGain"]) == ("NA", False)
     _, out, _ = run(capsys, "features", "--serial", RIGHT_SERIAL)
-    assert "= 321.5 (20 to 200000)" in out and "Off, On = Off" in out
+    assert "= 321.5 us (20 to 200000)" in out and "Off, On = Off" in out
+
+
+def test_long_values_are_folded_at_a_terminal() -> None:
+    entries: list[dict[str, Any]] = [
+        {"name": "A", "depth": 0, "type": "category", "access": "RO"},
+        {
+            "name": "B",
+            "depth": 1,
+            "type": "string",
+            "access": "RO",
+            "value": "word " * 9 + "x" * 50,
+        },
+    ]
+    narrow, wide = feature_lines(entries, width=60), feature_lines(entries)
+    assert max(map(len, narrow)) <= 60 and len(wide) == 3 and len(narrow) > 4
+    assert "".join(narrow[2:]).replace(" ", "") == wide[2].replace(" ", "")
+    assert {len(line) - len(line.lstrip()) for line in narrow[3:]} == {wide[0].index("values")}
 
 
 @pytest.mark.parametrize("bits", [b"\xff" * 8, b"\0\0\0\0\0\0\xf0\x7f"])

@@ -74,7 +74,7 @@ def test_a_person_reads_the_same(capsys: Capture, stereo_cameras: StereoHead) ->
     assert "endpoint 83 IN: bulk, wMaxPacketSize 1024" in out
     assert "companion: bMaxBurst 15" in out and "14 24 01" in out
     assert f"serial number                        {RIGHT_SERIAL}" in out
-    assert "= 500 (20 to 200000)" in out
+    assert "= 500 us (20 to 200000)" in out
     assert f"serial number                        {LEFT_SERIAL}" not in out
     assert "Asking the camera in USB socket 2-2." in err
 
@@ -107,13 +107,13 @@ def test_a_device_of_an_unknown_kind_is_told_but_no_keyboard(
     assert (len(document["devices"]), document["left_out"]) == (found, 2 - found)
     assert document["cameras"] == []
     out = run(capsys)[1]
-    assert f"{found} USB devices that could be a camera; {2 - found} left out" in out
+    assert f"{found} USB devices could be a camera; {2 - found} others cannot" in out
     assert ("EMU-LEFT-01" in out) == bool(found)
 
 
 def test_no_device_at_all_is_told(capsys: Capture, usb_bus: UsbBus) -> None:
     code, out, _ = run(capsys)
-    assert code == ExitCode.OK and out.startswith("0 USB devices that could be a camera")
+    assert code == ExitCode.OK and out.startswith("0 USB devices could be a camera")
 
 
 @pytest.mark.parametrize("refused", [0x004, 0x1CC, 0x1F0, SBRM, SBRM + 0x40, SIRM, EIRM, MANIFEST])

@@ -210,8 +210,8 @@ def test_the_listing_says_what_needs_the_camera(
     assert main(["camera", "features", "--xml", str(path)]) == ExitCode.OK
     printed = capsys.readouterr()
     gain, width = printed.out.splitlines()[1:]
-    assert gain.split() == ["Gain", "float", "RW", "beginner", "=", "1.5"]
-    assert "16 to (ask the camera) in steps of 4" in width
+    assert gain.split() == ["Gain", "float", "RW", "=", "1.5"]
+    assert "16 to (ask the camera) in steps of 4 px" in width
     assert "Test Made" in printed.err
 
 

@@ -6,11 +6,12 @@ import argparse
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
 from fieldcam.cli.chosen_camera import add_serial, choose_camera
-from fieldcam.cli.console import emit, emit_json, narrate, printable, table
+from fieldcam.cli.console import emit, emit_json, narrate, printable, screen_width, table
 from fieldcam.errors import CameraUnsupported, FeatureFileInvalid
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 ASK_THE_CAMERA = "(ask the camera)"
 """Printed where only registers know."""
 INDENT = "  "
+LEAST_ROOM = 20
+"""Characters for values, however narrow the terminal is."""
 UNBOUNDED = ([-(2**63), 2**63 - 1], [-sys.float_info.max, sys.float_info.max])
 """Ranges that say nothing but the type."""
 
@@ -51,7 +54,7 @@ def _features(arguments: argparse.Namespace) -> None:
             }
         )
         return
-    for line in feature_lines(entries, ASK_THE_CAMERA if arguments.xml else ""):
+    for line in feature_lines(entries, ASK_THE_CAMERA if arguments.xml else "", screen_width()):
         emit(line)
     narrate(
         f"{printable(f'{document.vendor} {document.model}')}, GenApi {document.schema_version}: "
@@ -92,11 +95,25 @@ def _read(path: Path) -> bytes:
         raise FeatureFileInvalid(f"{path} cannot be read: {error.strerror}.") from error
 
 
-def feature_lines(entries: Iterable[Entry], unknown: str = "") -> list[str]:
-    """A table for reading; `unknown` stands for a value that nobody told."""
-    rows = [["feature", "type", "access", "for", "unit", "values"]]
+def feature_lines(
+    entries: Iterable[Entry], unknown: str = "", width: int | None = None
+) -> list[str]:
+    """A table for reading; `unknown` stands for a value that nobody told.
+
+    What is behind the last column's begin is folded to `width` characters a line.
+    """
+    rows = [["feature", "type", "access", "values"]]
     rows += [[printable(cell) for cell in _row(entry, unknown)] for entry in entries]
-    return table(rows, "<<<<<<")
+    begin = sum(max(len(row[i]) for row in rows) + 2 for i in range(3))
+    room = None if width is None else max(width - begin, LEAST_ROOM)
+    return table([line for row in rows for line in _folded(row, room)], "<<<<")
+
+
+def _folded(row: list[str], room: int | None) -> Iterator[list[str]]:
+    *cells, values = row
+    for piece in [values] if room is None else wrap(values, room) or [""]:
+        yield [*cells, piece]
+        cells = [""] * len(cells)
 
 
 def _row(entry: Entry, unknown: str) -> list[str]:
@@ -105,8 +122,6 @@ def _row(entry: Entry, unknown: str) -> list[str]:
         INDENT * entry["depth"] + entry["name"],
         entry["type"],
         "" if entry["type"] == "category" else f"{entry['access'] or '-'}{conditional}",
-        entry["visibility"].lower(),
-        entry.get("unit", ""),
         " ".join(_words(entry, unknown)),
     ]
 
@@ -116,12 +131,13 @@ def _words(entry: Entry, unknown: str) -> Iterator[str]:
         yield entry["problem"]
     if "entries" in entry:
         yield ", ".join(e["name"] for e in entry["entries"] if e["available"] is not False)
+    unit = f" {entry['unit']}" if entry.get("unit") else ""
     if entry.get("value") is not None:
-        yield f"= {_number(entry['value'], unknown)}"
+        yield f"= {_number(entry['value'], unknown)}{unit}"
         if _bounded(entry) and entry["access"] == "RW":
             yield f"({_range(entry, unknown)})"
     elif "min" in entry:
-        yield _range(entry, unknown) if _bounded(entry) else unknown
+        yield f"{_range(entry, unknown)}{unit}" if _bounded(entry) else unknown
     elif "value" in entry and "entries" not in entry:
         yield unknown
 

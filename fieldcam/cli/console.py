@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from shutil import get_terminal_size
 from typing import Any
 
 from fieldcam.errors import OutputLost
@@ -18,6 +19,11 @@ def at_a_terminal() -> bool:
     """Whether screens can be drawn here."""
     drawable = os.environ.get("TERM", "") not in ("", "dumb", "unknown")
     return drawable and all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr))
+
+
+def screen_width() -> int | None:
+    """Characters in a line of the terminal that the result goes to; None for a file or pipe."""
+    return get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def emit(text: str) -> None:

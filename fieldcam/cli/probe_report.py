@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fieldcam import __version__
 from fieldcam.cli.camera_features import feature_lines
 from fieldcam.cli.camera_listing import camera_entry, camera_lines
-from fieldcam.cli.console import printable, table
+from fieldcam.cli.console import printable, screen_width, table
 from fieldcam.words import number_of
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def report_lines(report: CameraReport) -> Iterator[str]:
     if report.manifest:
         yield from ("", *map(_manifest_line, report.manifest))
     if report.features:
-        yield from ("", *feature_lines(report.features))
+        yield from ("", *feature_lines(report.features, width=screen_width()))
 
 
 def register_lines(report: CameraReport) -> list[str]:
@@ -96,10 +96,7 @@ def register_lines(report: CameraReport) -> list[str]:
 
 def _summary(survey: Survey) -> str:
     found = number_of(len(survey.candidates), "USB device")
-    return (
-        f"{found} that could be a camera; "
-        f"{survey.left_out} left out that cannot (hubs, keyboards, disks and the like)."
-    )
+    return f"{found} could be a camera; {survey.left_out} others cannot (hubs, keyboards, disks)."
 
 
 def _manifest_line(entry: ManifestEntry) -> str:

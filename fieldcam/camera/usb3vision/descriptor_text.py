@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from fieldcam.words import number_of
+
 DEVICE, CONFIGURATION, INTERFACE, ENDPOINT, BOS = 1, 2, 4, 5, 15
 _CAPABILITY, _ASSOCIATION, _COMPANION = 16, 11, 48
 _TRANSFERS = ("control", "isochronous", "bulk", "interrupt")
@@ -59,25 +61,26 @@ def _version(raw: bytes, offset: int) -> str:
 
 def _device(raw: bytes) -> str:
     return (
-        f"device {_u16(raw, 8):04x}:{_u16(raw, 10):04x}, bcdDevice {_version(raw, 12)}, "
-        f"bcdUSB {_version(raw, 2)}, class {_kind(raw, 4)}, bMaxPacketSize0 {raw[7]}, "
-        f"bNumConfigurations {raw[17]}"
+        f"device {_u16(raw, 8):04x}:{_u16(raw, 10):04x} version {_version(raw, 12)}, "
+        f"USB {_version(raw, 2)}, class {_kind(raw, 4)}, bMaxPacketSize0 {raw[7]}"
     )
 
 
 def _configuration(raw: bytes) -> str:
     return (
-        f"configuration {raw[5]}: {raw[4]} interfaces, {_u16(raw, 2)} bytes, "
+        f"configuration {raw[5]}: {number_of(raw[4], 'interface')}, {_u16(raw, 2)} bytes, "
         f"bmAttributes {raw[7]:02x}, bMaxPower {raw[8]}"
     )
 
 
 def _association(raw: bytes) -> str:
-    return f"  association of {raw[3]} interfaces from {raw[2]} on, class {_kind(raw, 4)}"
+    return (
+        f"  association of {number_of(raw[3], 'interface')} from {raw[2]} on, class {_kind(raw, 4)}"
+    )
 
 
 def _interface(raw: bytes) -> str:
-    return f"  interface {raw[2]}.{raw[3]}: class {_kind(raw, 5)}, {raw[4]} endpoints"
+    return f"  interface {raw[2]}.{raw[3]}: class {_kind(raw, 5)}, {number_of(raw[4], 'endpoint')}"
 
 
 def _endpoint(raw: bytes) -> str:
