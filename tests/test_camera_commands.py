@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import emulated_camera.camera
@@ -20,6 +22,7 @@ from emulated_camera.pictures import gradients
 from emulated_camera.plugged_bus import PluggedBus
 from emulated_camera.sensor import Sensor
 from emulated_camera.shapes import LEFT_SERIAL, RIGHT_SERIAL, Shape, StereoHead, stereo_head
+from register_files import HEAD
 
 from fieldcam.camera.usb3vision import holders
 from fieldcam.camera.usb3vision.usb_faults import UDEV_RULE
@@ -27,6 +30,7 @@ from fieldcam.cli import doctor, main
 from fieldcam.cli.camera_features import feature_lines
 from fieldcam.errors import ExitCode
 
+HERE = Path(__file__).parent
 Capture = pytest.CaptureFixture[str]
 
 
@@ -229,6 +233,17 @@ def test_without_libusb_the_commands_say_what_to_install(
     for action in ("list", "features"):
         code, out, err = run(capsys, action)
         assert (code, out) == (ExitCode.DEVICE, "") and "libusb-1.0-0" in err
+
+
+def test_a_letter_that_the_terminal_lacks_is_replaced(tmp_path: Path) -> None:
+    head = HEAD.replace("Made", "Made µ")
+    exposure = '<Float Name="Exposure"><Value>1.5</Value><Unit>µs</Unit></Float>'
+    root = '<Category Name="Root"><pFeature>Exposure</pFeature></Category>'
+    (tmp_path / "a.xml").write_text(f"{head}{root}{exposure}</RegisterDescription>", "utf-8")
+    command = [sys.executable, "-m", "fieldcam", "camera", "features", "--xml", "a.xml"]
+    environment = os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONPATH": str(HERE.parent)}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True)
+    assert done.returncode == ExitCode.OK and b"= 1.5 ?s" in done.stdout
 
 
 def test_the_installed_command_lists_over_libusb(served_bus: PluggedBus) -> None:

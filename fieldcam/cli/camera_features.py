@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from textwrap import wrap
@@ -22,8 +21,9 @@ ASK_THE_CAMERA = "(ask the camera)"
 INDENT = "  "
 LEAST_ROOM = 20
 """Characters for values, however narrow the terminal is."""
-UNBOUNDED = ([-(2**63), 2**63 - 1], [-sys.float_info.max, sys.float_info.max])
-"""Ranges that say nothing but the type."""
+INTEGER_RANGE = [-(2**63), 2**63 - 1]
+LARGEST_SINGLE = 3.4e38
+"""Ranges that reach so far say nothing but the type."""
 
 
 def register(actions: Subparsers[Parser]) -> None:
@@ -146,7 +146,9 @@ def _bounded(entry: Entry) -> bool:
     if "min" not in entry:
         return False
     ends = [entry["min"], entry["max"]]
-    return ends != [None, None] and ends not in UNBOUNDED
+    if entry["type"] == "integer":
+        return ends not in ([None, None], INTEGER_RANGE)
+    return any(end is not None and abs(end) < LARGEST_SINGLE for end in ends)
 
 
 def _range(entry: Entry, unknown: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import os
 import signal
@@ -54,6 +55,7 @@ def entry_point() -> None:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; gives its exit status."""
     _open_closed_streams()
+    _replace_unknown_letters()
     try:
         return _run(argv)
     except OutputLost as error:
@@ -96,6 +98,12 @@ def _open_closed_streams() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 (it is the stream)
+
+
+def _replace_unknown_letters() -> None:
+    """Names that a camera or a file brings hold letters that not every terminal has."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")
 
 
 def _discard_output() -> None:
