@@ -139,6 +139,25 @@ def test_a_camera_that_stays_busy_is_named_busy() -> None:
         opened(camera).read(BASE, 4)
 
 
+@pytest.mark.parametrize("mishap", [Mishap.LOST, Mishap.CUT_OFF, Mishap.STALLED])
+def test_what_makes_the_camera_act_is_sent_once(mishap: Mishap) -> None:
+    camera = ScriptedControl(mishaps=[mishap])
+    channel = opened(camera)
+    with channel.acting(), pytest.raises(CameraSilent, match="none of 1 attempt"):
+        channel.write(BASE, b"\x01\0\0\0")
+    assert len(camera.requests) == 1
+    assert channel.read(BASE, 4) == b"\x01\0\0\0"
+
+
+def test_what_a_busy_camera_refused_is_sent_again_and_reads_always_are() -> None:
+    camera = ScriptedControl(mishaps=[Mishap.BUSY, None, Mishap.LOST])
+    channel = opened(camera)
+    with channel.acting():
+        channel.write(BASE, b"\x01\0\0\0")
+        assert channel.read(BASE, 4) == b"\x01\0\0\0"
+    assert len(camera.requests) == 4
+
+
 def test_an_unplugged_camera_is_reported_at_once() -> None:
     camera = ScriptedControl(gone=CameraUnplugged("gone"))
     with pytest.raises(CameraUnplugged):

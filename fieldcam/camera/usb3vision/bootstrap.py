@@ -11,7 +11,8 @@ import struct
 import time
 from dataclasses import dataclass
 
-from fieldcam.camera.usb3vision.channel import ChannelLimits, Registers
+from fieldcam.camera.genapi.registers import Registers
+from fieldcam.camera.usb3vision.channel import ChannelLimits
 from fieldcam.camera.usb3vision.gencp import HEADER_BYTES, WRITE_OVERHEAD_BYTES
 from fieldcam.camera.usb3vision.transport import LinkSpeed
 from fieldcam.errors import CameraRefused, CameraUnsupported

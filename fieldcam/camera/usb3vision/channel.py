@@ -2,6 +2,7 @@
 
 One command is under way at a time. An acknowledgement that is lost, late or damaged
 costs one more attempt under a new request id; whatever answers an older id is dropped.
+A write that makes the camera act, such as a trigger, is sent once only.
 """
 
 from __future__ import annotations
@@ -9,10 +10,10 @@ from __future__ import annotations
 import random
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 
@@ -38,6 +39,7 @@ from fieldcam.camera.usb3vision.transport import (
     round_up,
 )
 from fieldcam.errors import CameraRefused, CameraSilent
+from fieldcam.words import number_of
 
 ATTEMPTS = 5
 """As many as aravis makes."""
@@ -50,14 +52,6 @@ _HIGH_SPEED_PACKET_BYTES = 512
 _WORD_BYTES = 4
 _MEMORY_END = 1 << 64
 _TRY_AGAIN = (Status.BUSY, Status.MESSAGE_TIMEOUT)
-
-
-class Registers(Protocol):
-    """A camera's memory."""
-
-    def read(self, address: int, length: int) -> bytes: ...
-
-    def write(self, address: int, data: bytes) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +80,7 @@ class ControlChannel:
         # A program that crashed may have left answers behind, under low ids.
         self._request_id = random.randint(1, _HIGHEST_REQUEST_ID)
         self.limits = ChannelLimits()
+        self._write_attempts = ATTEMPTS
 
     @property
     def limits(self) -> ChannelLimits:
@@ -121,9 +116,20 @@ class ControlChannel:
         for offset in range(0, len(data), step):
             place, chunk = address + offset, data[offset : offset + step]
             command = partial(pack_write, address=place, data=chunk)
-            ack = self._transact(command, PENDING_ACK_BYTES)
+            ack = self._transact(command, PENDING_ACK_BYTES, self._write_attempts)
             if ack.status != Status.OK:
                 raise _refusal(ack, f"to write {len(chunk)} bytes at 0x{place:X}")
+
+    @contextmanager
+    def acting(self) -> Iterator[None]:
+        """Every write inside is sent once: the camera must not do it again because its
+        answer was lost. CameraSilent then does not say whether it acted.
+        """
+        self._write_attempts = 1
+        try:
+            yield
+        finally:
+            self._write_attempts = ATTEMPTS
 
     def _read_in_chunks(self, address: int, length: int) -> bytes:
         step = _whole_words(self._limits.ack_bytes - HEADER_BYTES)
@@ -134,30 +140,36 @@ class ControlChannel:
 
     def _read_chunk(self, address: int, length: int) -> bytes:
         command = partial(pack_read, address=address, length=length)
-        ack = self._transact(command, HEADER_BYTES + length)
+        ack = self._transact(command, HEADER_BYTES + length, ATTEMPTS)
         if ack.status != Status.OK or len(ack.payload) != length:
             raise _refusal(ack, f"to give {length} bytes at 0x{address:X}")
         return ack.payload
 
-    def _transact(self, command: Callable[[int], bytes], ack_bytes: int) -> Ack:
-        """The camera's last word on one command, which is packed for each attempt anew."""
-        fault: TransferFault | None = None
+    def _transact(self, command: Callable[[int], bytes], ack_bytes: int, attempts: int) -> Ack:
+        """The camera's last word on one command, which is packed for each attempt anew.
+
+        `attempts` bounds those that nothing answered; what a busy camera refused it did
+        not do, so that is asked again in any case.
+        """
+        faults: list[TransferFault] = []
         with self._lock:
             for _ in range(ATTEMPTS):
                 try:
                     ack = self._attempt(command(self._next_id()), ack_bytes)
                 except TransferFault as error:
-                    fault = error
+                    faults.append(error)
                     self._recover(error)
+                    if len(faults) == attempts:
+                        break
                     continue
                 if ack.status not in _TRY_AGAIN:
                     return ack
                 time.sleep(BUSY_PAUSE_S)
-        if fault is None:
+        if not faults:
             return ack
         raise CameraSilent(
-            f"The camera answered none of {ATTEMPTS} attempts.", "Plug it in again."
-        ) from fault
+            f"The camera answered none of {number_of(attempts, 'attempt')}.", "Plug it in again."
+        ) from faults[-1]
 
     def _attempt(self, packet: bytes, ack_bytes: int) -> Ack:
         request_id = self._request_id

@@ -15,7 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
-from fieldcam.camera.usb3vision.channel import Registers
+from fieldcam.camera.genapi.registers import Registers
 from fieldcam.camera.usb3vision.manifest import FileFormat, ManifestEntry
 from fieldcam.errors import CameraUnsupported, StorageError
 from fieldcam.store.durable import write_durably

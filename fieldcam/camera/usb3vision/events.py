@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fieldcam.camera.genapi.registers import Registers
 from fieldcam.camera.usb3vision.bootstrap import Eirm, write_u32
-from fieldcam.camera.usb3vision.channel import Registers
 from fieldcam.camera.usb3vision.gencp import HEADER, MalformedPacket
 from fieldcam.camera.usb3vision.transport import (
     MAX_PACKET_BYTES,

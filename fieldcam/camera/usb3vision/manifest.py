@@ -6,8 +6,8 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
+from fieldcam.camera.genapi.registers import Registers
 from fieldcam.camera.usb3vision.bootstrap import Abrm, read_u64
-from fieldcam.camera.usb3vision.channel import Registers
 from fieldcam.errors import CameraUnsupported
 
 MOST_ENTRIES = 64

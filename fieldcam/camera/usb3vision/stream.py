@@ -13,13 +13,13 @@ from contextlib import suppress
 
 import numpy as np
 
+from fieldcam.camera.genapi.registers import Registers
 from fieldcam.camera.usb3vision.assembly import (
     FrameAssembler,
     SpoiledFrame,
     StreamCounts,
 )
 from fieldcam.camera.usb3vision.bootstrap import Sbrm, read_sirm, read_u32
-from fieldcam.camera.usb3vision.channel import Registers
 from fieldcam.camera.usb3vision.frames import Frame, FramePool
 from fieldcam.camera.usb3vision.transfer_plan import (
     LARGEST_TRANSFER_BYTES,

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fieldcam.camera.genapi.registers import Registers
 from fieldcam.camera.usb3vision.blocks import LEADER_BYTES, TRAILER_BYTES
 from fieldcam.camera.usb3vision.bootstrap import Sirm, write_u32
-from fieldcam.camera.usb3vision.channel import Registers
 from fieldcam.camera.usb3vision.transport import MAX_PACKET_BYTES, round_up
 from fieldcam.errors import CameraUnsupported
 
