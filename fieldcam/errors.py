@@ -74,6 +74,10 @@ class FeatureFileInvalid(BadInput):
     """A camera's description of its features (GenICam XML) cannot be used."""
 
 
+class CameraSettingsInvalid(BadInput):
+    """The file that describes the camera's set-up cannot be used."""
+
+
 class ExtraMissing(BadInput):
     """An optional part of fieldcam is not installed."""
 
@@ -86,6 +90,10 @@ class DeviceError(FieldcamError):
 
 class CameraUnplugged(DeviceError):
     """No camera answers."""
+
+
+class CameraPowerLost(CameraUnplugged):
+    """The camera dropped off the bus just when its flash fired."""
 
 
 class CameraBusy(DeviceError):
@@ -122,6 +130,10 @@ class CaptureTimeout(DeviceError):
 
 class FrameIncomplete(DeviceError):
     """A picture arrived damaged or in part and was dropped; taking it again may help."""
+
+
+class FlashMissing(DeviceError):
+    """A picture came and shows nothing but the light of the day: the flash did not fire."""
 
 
 class FeatureMissing(DeviceError):
