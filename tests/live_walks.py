@@ -46,6 +46,7 @@ class ToldCamera:
 
     serials = ("L", "R")
     calibration: Calibration | None = None
+    notes: tuple[str, ...] = ()
 
     def __init__(self) -> None:
         self._taking = Lock()

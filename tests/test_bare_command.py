@@ -103,7 +103,7 @@ def test_without_camera_and_data_the_demo_is_offered(
     shown = choose(monkeypatch, choice)
     folder = tmp_path / "data"
     assert main(["--data", str(folder)]) == ExitCode.OK
-    assert shown[0].startswith("No camera: ")
+    assert shown[0].startswith("No camera is plugged in.")
     assert demos == ([tmp_path / "data-demo"] if choice is Choice.DEMO else [])
     assert len(opened) == (choice is Choice.SET_UP)
     assert folder.exists() == (choice is Choice.SET_UP)

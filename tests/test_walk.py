@@ -24,6 +24,7 @@ class FakeCamera:
 
     serials = ("L", "R")
     calibration: Calibration | None = None
+    notes: tuple[str, ...] = ()
 
     def __init__(self, log: list[str], pairs: int) -> None:
         self._log = log

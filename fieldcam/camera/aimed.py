@@ -97,6 +97,8 @@ class AimedCamera:
         self._approached, self._approached_s = Wanted(-1, 0), 0.0
         self._flashed_s = float("-inf")
 
+    notes: tuple[str, ...] = ()
+
     @property
     def serials(self) -> tuple[str, str]:
         return self._pictures.serials

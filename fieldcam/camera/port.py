@@ -27,11 +27,17 @@ class FlashStereoDevice(Protocol):
         """The rectified camera that the head itself describes, where it does."""
         ...
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence for each thing that is not as it should be, and stops no picture."""
+        ...
+
     def capture(self, deadline_s: float) -> RawPair:
         """Fire once and give the pair.
 
-        Raises CaptureTimeout when no whole pair came within `deadline_s`, and
-        CameraUnplugged when the camera is gone.
+        Raises CaptureTimeout when no whole pair came within `deadline_s`, CameraUnplugged
+        when the camera is gone, and another DeviceError where the pair cannot be used: a
+        damaged or unlit one is never handed on.
         """
         ...
 

@@ -51,6 +51,8 @@ class Taken:
 class SimulatedCamera:
     """Takes the pictures of a planned walk, in its order."""
 
+    notes: tuple[str, ...] = ()
+
     def __init__(self, block: Block, visits: Iterable[SimulatedVisit]) -> None:
         from fieldcam.simulator import calibration_of
 

@@ -9,7 +9,7 @@ from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import at_a_terminal
 from fieldcam.cli.launcher import launch
 from fieldcam.cli.networks import checked_models
-from fieldcam.errors import BadInput, CameraUnplugged, FieldcamError
+from fieldcam.errors import BadInput, DeviceError, FieldcamError
 from fieldcam.models import Models
 from fieldcam.store.folder import data_path, demo_beside
 
@@ -35,8 +35,8 @@ def _open(data: Path | None, parser: Parser) -> None:
     from fieldcam.tui.offer import Choice, offered
 
     path = data_path(data)
-    no_camera = _no_camera()
-    if no_camera and not (path / DATABASE_NAME).exists():
+    no_camera = "" if (path / DATABASE_NAME).exists() else _no_camera(path)
+    if no_camera:
         choice = offered(no_camera)
         if choice is None:
             return
@@ -48,13 +48,13 @@ def _open(data: Path | None, parser: Parser) -> None:
     walk_field(path, *_networks(data))
 
 
-def _no_camera() -> str:
+def _no_camera(data: Path) -> str:
     """Why there is no camera; empty where there is one."""
-    from fieldcam.camera.finding import open_camera
+    from fieldcam.camera.finding import look_for_camera
 
     try:
-        open_camera().close()
-    except CameraUnplugged as error:
+        look_for_camera(data)
+    except DeviceError as error:
         return str(error)
     return ""
 

@@ -84,10 +84,10 @@ def _set(features: NodeMap, wanted: Adjustment) -> Value:
     if wanted.at is not None and has(features, wanted.at[0]):
         features.enumeration(wanted.at[0]).value = wanted.at[1]
     feature = features[wanted.name]
-    if not feature.readable or not _alike(_read(features, wanted.name), wanted.value):
+    if not feature.readable or not _alike(value_of(features, wanted.name), wanted.value):
         _write(features, wanted.name, wanted.value)
         feature.refresh()
-    return _read(features, wanted.name) if feature.readable else wanted.value
+    return value_of(features, wanted.name) if feature.readable else wanted.value
 
 
 def _write(features: NodeMap, name: str, value: Value) -> None:
@@ -104,7 +104,8 @@ def _write(features: NodeMap, name: str, value: Value) -> None:
         raise FeatureMissing(f"The camera's feature {name} takes no plain value.")
 
 
-def _read(features: NodeMap, name: str) -> Value:
+def value_of(features: NodeMap, name: str) -> Value:
+    """What a plain feature holds; raises FeatureMissing or FeatureRefused."""
     feature = features[name]
     if isinstance(feature, EnumerationFeature | BooleanFeature | FloatFeature | IntegerFeature):
         return feature.value

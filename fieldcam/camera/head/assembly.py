@@ -1,0 +1,134 @@
+"""Makes one pair of what a head's cameras sent after one trigger, for each way to carry it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from fieldcam.camera.head.settings import Carrying
+from fieldcam.camera.usb3vision.clocks import DeviceClock
+from fieldcam.camera.usb3vision.pairing import (
+    AlternatePairing,
+    Eye,
+    EyePair,
+    Half,
+    Layout,
+    TwinPairing,
+    split,
+)
+from fieldcam.errors import CameraUnsupported
+
+TOLERANCE_NS = 10_000_000
+"""Well above what latching a clock over a busy bus is off, well below two exposures."""
+LAYOUTS = {Carrying.SIDE_BY_SIDE: Layout.SIDE_BY_SIDE, Carrying.STACKED: Layout.STACKED}
+
+
+class Assembly(Protocol):
+    """One for each way."""
+
+    @property
+    def blocks(self) -> int:
+        """How many each camera sends of one exposure."""
+        ...
+
+    def pair(
+        self, received: Sequence[Sequence[Half]], clocks: Mapping[Eye, DeviceClock]
+    ) -> EyePair | None:
+        """The pair of what each camera sent, cameras in the head's order (left first);
+        None where it is not of one exposure.
+        """
+        ...
+
+    def restart(self) -> None:
+        """Something was lost, or the streams were armed anew."""
+        ...
+
+
+class Twins:
+    """Two cameras."""
+
+    blocks = 1
+
+    def __init__(self) -> None:
+        self._pairing = TwinPairing(TOLERANCE_NS)
+
+    def pair(
+        self, received: Sequence[Sequence[Half]], clocks: Mapping[Eye, DeviceClock]
+    ) -> EyePair | None:
+        self._pairing.clocks = dict(clocks)
+        found = None
+        for eye, halves in zip(Eye, received, strict=True):
+            for half in halves:
+                found = self._pairing.add(eye, half) or found
+        return found
+
+    def restart(self) -> None:
+        self._pairing.restart()
+
+
+class Joined:
+    """One camera whose image holds both eyes."""
+
+    blocks = 1
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+
+    def pair(
+        self, received: Sequence[Sequence[Half]], clocks: Mapping[Eye, DeviceClock]
+    ) -> EyePair | None:
+        return split(received[0][0], self._layout)
+
+    def restart(self) -> None:
+        """Nothing is kept from one exposure to the next."""
+
+
+class Alternating:
+    """One camera that sends the left eye's block, then the right one's."""
+
+    blocks = 2
+
+    def __init__(self) -> None:
+        self._pairing: AlternatePairing | None = None
+
+    def pair(
+        self, received: Sequence[Sequence[Half]], clocks: Mapping[Eye, DeviceClock]
+    ) -> EyePair | None:
+        """Some cameras count their blocks from 0, some from 1."""
+        if self._pairing is None:
+            self._pairing = AlternatePairing(received[0][0].block_id % 2)
+        found = None
+        for half in received[0]:
+            found = self._pairing.add(half) or found
+        return found
+
+    def restart(self) -> None:
+        """Which blocks are the left eye's stays the same while the camera is open."""
+
+
+def assembly(carrying: Carrying) -> Assembly:
+    match carrying:
+        case Carrying.TWO_DEVICES:
+            return Twins()
+        case Carrying.ALTERNATING:
+            return Alternating()
+        case _:
+            return Joined(LAYOUTS[carrying])
+
+
+def told_by_image(size_px: tuple[int, int], sources: int) -> Carrying:
+    """How one camera carries both eyes, by its image (width, height) and its image sources.
+
+    Raises CameraUnsupported where it must be one eye alone.
+    """
+    width_px, height_px = size_px
+    if sources > 1:
+        return Carrying.ALTERNATING
+    if width_px >= 2 * height_px:
+        return Carrying.SIDE_BY_SIDE
+    if height_px > width_px:
+        return Carrying.STACKED
+    raise CameraUnsupported(
+        "Only one camera answers, and its picture is that of one eye.",
+        "Check the other camera's cable; a head with one cable needs `layout` in camera.toml.",
+    )

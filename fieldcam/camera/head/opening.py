@@ -1,0 +1,158 @@
+"""Which attached cameras are the eyes; opens them and sets them up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+from fieldcam.camera.head.adjusting import Value, has
+from fieldcam.camera.head.assembly import Assembly, assembly, told_by_image
+from fieldcam.camera.head.eyes import EyeCamera
+from fieldcam.camera.head.plan import Part, setting_up
+from fieldcam.camera.head.settings import Carrying, HeadSettings
+from fieldcam.camera.usb3vision.devices import (
+    AttachedCamera,
+    OpenCamera,
+    attached_cameras,
+    open_attached,
+)
+from fieldcam.camera.usb3vision.pairing import Eye
+from fieldcam.camera.usb3vision.transport import LinkSpeed
+from fieldcam.errors import CameraUnplugged
+
+
+@dataclass(frozen=True, slots=True)
+class Usb:
+    """The USB ports of this machine."""
+
+    cameras: Callable[[], Sequence[AttachedCamera]] = attached_cameras
+    open: Callable[[AttachedCamera], OpenCamera] = open_attached
+
+
+@dataclass(frozen=True, slots=True)
+class OpenHead:
+    """The cameras of one head, set up and standing still."""
+
+    settings: HeadSettings
+    eyes: tuple[EyeCamera, ...]
+    """Left before right; one where it carries both."""
+    assembly: Assembly
+    applied: tuple[dict[str, Value], ...]
+    """Of each camera, what its features were set to, as it gave them back."""
+    notes: tuple[str, ...]
+    """A sentence for each thing that is not as it should be."""
+
+    @property
+    def leader(self) -> EyeCamera:
+        """The camera that is triggered, and has the flash."""
+        follows = self.settings.leader is Eye.RIGHT
+        return self.eyes[-1 if follows else 0]
+
+    @property
+    def serials(self) -> tuple[str, str]:
+        return self.eyes[0].serial, self.eyes[-1].serial
+
+    def start(self) -> None:
+        """Followers first, so that none misses the leader's first pulse."""
+        for eye in sorted(self.eyes, key=lambda eye: eye is self.leader):
+            eye.start()
+
+    def close(self) -> None:
+        for eye in self.eyes:
+            eye.close()
+
+
+def open_head(settings: HeadSettings, cache: Path, usb: Usb) -> OpenHead:
+    """Raises CameraUnplugged where an eye is missing, and whatever keeps it from being used."""
+    chosen, notes = choose(settings, usb.cameras())
+    with ExitStack() as stack:
+        eyes = []
+        for camera in chosen:
+            eyes.append(_opened(usb.open(camera), cache))
+            stack.callback(eyes[-1].close)
+        carrying = _carrying(settings, eyes)
+        applied = []
+        for eye, part in zip(eyes, _parts(settings, len(eyes)), strict=True):
+            adjusted = eye.set_up(setting_up(settings, part))
+            applied.append(adjusted.values)
+            notes += [f"{lack} ({eye.serial})" for lack in adjusted.lacks]
+            notes += _slow(eye)
+        stack.pop_all()
+    return OpenHead(settings, tuple(eyes), assembly(carrying), tuple(applied), tuple(notes))
+
+
+def choose(
+    settings: HeadSettings, attached: Sequence[AttachedCamera]
+) -> tuple[list[AttachedCamera], list[str]]:
+    """The head's cameras, left before right, and what is to be told about the choice."""
+    if not attached:
+        raise CameraUnplugged("No camera is plugged in.", "Check its cable at both ends.")
+    for camera in attached:
+        if camera.trouble is not None:
+            raise camera.trouble
+    if settings.left is not None:
+        wanted = [(Eye.LEFT, settings.left)]
+        if settings.right is not None:
+            wanted.append((Eye.RIGHT, settings.right))
+        return [_named(attached, eye, serial) for eye, serial in wanted], []
+    by_serial = sorted(attached, key=lambda camera: camera.names.serial)
+    if len(by_serial) == 1 or settings.layout not in (None, Carrying.TWO_DEVICES):
+        return by_serial[:1], []
+    left, right = (camera.names.serial for camera in by_serial[:2])
+    sentence = (
+        f"camera.toml does not say which camera is which: {left} is taken for the left one and "
+        f"{right} for the right one, by their serial numbers."
+    )
+    return by_serial[:2], [sentence]
+
+
+def _named(attached: Sequence[AttachedCamera], eye: Eye, serial: str) -> AttachedCamera:
+    for camera in attached:
+        if camera.names.serial == serial:
+            return camera
+    others = " and ".join(camera.names.serial for camera in attached)
+    raise CameraUnplugged(
+        f"The {eye} camera {serial} is not plugged in, only {others}.",
+        f"Check its cable, or `{eye}` in camera.toml.",
+    )
+
+
+def _opened(camera: OpenCamera, cache: Path) -> EyeCamera:
+    try:
+        return EyeCamera(camera, cache)
+    except BaseException:
+        camera.close()
+        raise
+
+
+def _carrying(settings: HeadSettings, eyes: Sequence[EyeCamera]) -> Carrying:
+    if len(eyes) > 1:
+        return Carrying.TWO_DEVICES
+    if settings.layout is Carrying.TWO_DEVICES:
+        raise CameraUnplugged(
+            f"Only one of the head's two cameras is plugged in: {eyes[0].serial}.",
+            "Check the other one's cable.",
+        )
+    if settings.layout is not None:
+        return settings.layout
+    features = eyes[0].features
+    size_px = features.integer("Width").value, features.integer("Height").value
+    sources = features.integer("SourceCount").value if has(features, "SourceCount") else 1
+    return told_by_image(size_px, sources)
+
+
+def _parts(settings: HeadSettings, cameras: int) -> tuple[Part, ...]:
+    if cameras == 1:
+        return (Part.ALONE,)
+    parts = (Part.LEADER, Part.FOLLOWER)
+    return parts if settings.leader is Eye.LEFT else parts[::-1]
+
+
+def _slow(eye: EyeCamera) -> list[str]:
+    """A triggered picture comes over USB 2 as well, only later."""
+    if eye.speed is LinkSpeed.UNKNOWN or eye.speed.is_usb3:
+        return []
+    sentence = f"{eye.serial} is in a USB 2 port or on a USB 2 cable: each picture takes longer."
+    return [sentence]
