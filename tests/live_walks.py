@@ -20,6 +20,7 @@ from fieldcam.analysis.status import State, Status
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.camera.preview import Preview
 from fieldcam.errors import CameraUnplugged
+from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.events import Changed, LiveEvent, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.state import WalkState
@@ -180,7 +181,7 @@ class Walked:
         self.made, self.store, self.visit = made, made.store, visit
         self.camera, self.analysis, self.heard = ToldCamera(), ToldAnalysis(), Heard()
 
-    def start(self, calibration: str | None = None) -> WalkState:
+    def start(self, calibration: OwnCalibration | None = None) -> WalkState:
         self.live = LiveWalk(
             self.store,
             self.visit,

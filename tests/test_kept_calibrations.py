@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from datetime import date
 from pathlib import Path
 
-import pytest
-from live_walks import ToldAnalysis, Walked, read, walked
+from live_walks import Walked, read, walked
 from recorded_pairs import write_calibration
 
-from fieldcam.analysis.requests import Setup
-from fieldcam.errors import CalibrationInvalid
+from fieldcam.session.calibrating import MISSING, OwnCalibration
 from fieldcam.session.events import Saved
+from fieldcam.store.calibrations import next_calibration
 from fieldcam.store.connection import rows
 from fieldcam.store.resuming import saved_capture
-from fieldcam.tui import wiring
+
+
+def calibrate(walk: Walked, comment: str = "") -> bytes:
+    """Put the data folder's next calibration into use; gives its content."""
+    folder = next_calibration(walk.store.folder.path, date(2026, 5, 21))
+    folder.mkdir(parents=True)
+    path = write_calibration(folder / "calibration.yml")
+    path.write_text(f"{path.read_text()}\n# {comment}\n")
+    return path.read_bytes()
 
 
 def kept_with(walk: Walked) -> bytes | None:
@@ -27,34 +35,27 @@ def kept_with(walk: Walked) -> bytes | None:
 
 def test_a_picture_names_the_calibration_that_was_in_use(tmp_path: Path) -> None:
     with walked(tmp_path) as walk:
-        name = walk.store.keep_calibration(b"P: [1]\n")
-        walk.start(name)
-        assert kept_with(walk) == b"P: [1]\n"
-        walk.live.close()
-        walk.start(walk.store.keep_calibration(b"P: [2]\n"))
-        assert kept_with(walk) == b"P: [2]\n"
-        assert walk.store.keep_calibration(b"P: [1]\n") == name
-        files = rows(walk.store.database, "SELECT file FROM object_file")
-        assert len(files) == 2
+        first = calibrate(walk)
+        walk.start(OwnCalibration(walk.store))
+        assert kept_with(walk) == first
+        second = calibrate(walk, "made while the app runs")
+        walk.live.accept()
+        assert kept_with(walk) == second
+        assert len(rows(walk.store.database, "SELECT file FROM object_file")) == 2
 
 
 def test_a_picture_without_a_calibration_names_none(tmp_path: Path) -> None:
     with walked(tmp_path) as walk:
-        walk.start()
+        state = walk.start(OwnCalibration(walk.store))
+        assert state.uncalibrated == MISSING
         assert kept_with(walk) is None
 
 
-def test_the_app_keeps_the_file_that_describes_its_camera(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    analysis = ToldAnalysis()
-    monkeypatch.setattr(wiring, "Supervisor", lambda *given: analysis)
-    path = write_calibration(tmp_path / "calibration.yml")
-    with walked(tmp_path / "data") as walk:
-        rig = wiring.Rig(walk.camera.open, Setup(path))
-        walk.live, walk.analysis = rig.walk(walk.store, walk.visit, walk.heard), analysis
-        content = path.read_bytes()
-        path.unlink()
-        assert kept_with(walk) == content
-        with pytest.raises(CalibrationInvalid, match="cannot be read"):
-            rig.walk(walk.store, walk.visit, walk.heard)
+def test_a_damaged_calibration_is_not_used_and_said(tmp_path: Path) -> None:
+    with walked(tmp_path) as walk:
+        calibrate(walk)
+        (file,) = walk.store.folder.path.glob("calibrations/*/calibration.yml")
+        file.write_text("P: [")
+        own = OwnCalibration(walk.store)
+        assert own.name is None
+        assert own.problem.startswith(f"Pictures are saved and wait: {file}")

@@ -18,6 +18,8 @@ class CameraReady:
 
     missed: bool = False
     """A picture was asked for before, and not taken."""
+    notes: tuple[str, ...] = ()
+    """What is not as it should be with it, in its own words."""
 
 
 @dataclass(frozen=True, slots=True)

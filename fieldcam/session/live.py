@@ -21,6 +21,7 @@ from fieldcam.errors import FieldcamError
 from fieldcam.session import events
 from fieldcam.session.aiming import Aiming
 from fieldcam.session.book import WalkBook
+from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.doubt import Doubtful, NotNow
 from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.reading import Analysis, Readings
@@ -47,10 +48,12 @@ class LiveWalk:
         start_analysis: Callable[[Callable[[Status], None]], Analysis],
         listener: events.Listener,
         deadline_s: float = DEADLINE_S,
-        calibration: str | None = None,
+        calibration: OwnCalibration | None = None,
     ) -> None:
-        """`start_analysis` is given what wants to hear of the analysis's status;
-        `calibration` is the stored file that each picture is kept with."""
+        """`start_analysis` is given what wants to hear of the analysis's status.
+
+        `calibration` goes with each picture; None where the analysis knows the camera.
+        """
         self._store, self._tell = store, listener
         self._view = WalkView(store, visit)
         self._book = WalkBook(self._view)
@@ -59,7 +62,14 @@ class LiveWalk:
         self._in_flight: deque[Shot] = deque()
         self._camera_trouble = ""
         self._analysis = start_analysis(lambda status: self._inbox.put(_nothing))
-        self._readings = Readings(self._view, self._analysis, self._inbox.put, listener)
+        self._calibration = calibration
+        self._readings = Readings(
+            self._view,
+            self._analysis,
+            self._inbox.put,
+            listener,
+            *(() if calibration is None else (calibration.completed,)),
+        )
         self._inbox.put(partial(self._readings.take_up, again=False))
         file = PreviewFile(preview_folder(store.folder.path))
         self._aiming = Aiming(file, self._analysis, listener)
@@ -185,7 +195,13 @@ class LiveWalk:
         self._aiming.due = state.tag_id
         camera = CameraState.EXPOSING if self._in_flight else self._camera
         status = self._analysis.status
-        told = replace(state, camera=camera, camera_trouble=self._camera_trouble, analysis=status)
+        told = replace(
+            state,
+            camera=camera,
+            camera_trouble=self._camera_trouble,
+            analysis=status,
+            uncalibrated="" if self._calibration is None else self._calibration.problem,
+        )
         self._tell(events.Changed(told))
 
     def _fire(self, insist: bool = False) -> str:

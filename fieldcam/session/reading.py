@@ -54,11 +54,20 @@ class Readings:
     analysis: Analysis
     post: Callable[[Callable[[], None]], None]
     tell: Listener
+    completed: Callable[[SavedCapture], SavedCapture | None] = lambda saved: saved
+    """Gives a picture what else its reading needs; None: it waits for that."""
 
     def submit(
         self, saved: SavedCapture, expectation: Expectation, urgent: bool, again: bool = False
     ) -> None:
         """The newest picture is urgent: the operator stands before its cluster."""
+        complete = self.completed(saved)
+        if complete is not None:
+            self._submit(complete, expectation, urgent, again)
+
+    def _submit(
+        self, saved: SavedCapture, expectation: Expectation, urgent: bool, again: bool
+    ) -> None:
         started = perf_counter()
         future = self.analysis.submit(saved, expectation, urgent=urgent, again=again)
         future.add_done_callback(

@@ -17,6 +17,7 @@ from time import perf_counter
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import FieldcamError
 from fieldcam.session.aiming import Aiming
+from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.events import CameraReady, CameraTrouble, Saved, ShutterEvent, StorageTrouble
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.clock import now
@@ -60,10 +61,12 @@ class Shutter:
         pressed: Callable[[], None],
         aiming: Aiming,
         deadline_s: float,
-        calibration: str | None,
+        calibration: OwnCalibration | None = None,
     ) -> None:
-        """`pressed` is called when the camera's own shutter is; `calibration` is the stored
-        file that each picture is kept with."""
+        """`pressed` is called when the camera's own shutter is.
+
+        `calibration` goes with each picture, where the analysis does not know the camera.
+        """
         self._store, self._visit = store, visit
         self._open_camera, self._hear, self._deadline_s = open_camera, hear, deadline_s
         self._pressed, self._aiming, self._calibration = pressed, aiming, calibration
@@ -118,9 +121,13 @@ class Shutter:
         camera = self._open_camera()
         camera.watch_shutter(self._pressed)
         self._camera = camera
-        self._hear(None, CameraReady(self._missed))
+        self._hear(None, CameraReady(self._missed, (*camera.notes, *self._uncalibrated())))
         self._missed = False
         return camera
+
+    def _uncalibrated(self) -> tuple[str, ...]:
+        problem = "" if self._calibration is None else self._calibration.problem
+        return (problem,) if problem else ()
 
     def _reopen(self) -> None:
         with suppress(FieldcamError):
@@ -178,7 +185,7 @@ class Shutter:
                 view=shot.view,
                 retake_of=self._replaced(shot),
                 shutter=shutter,
-                calibration=self._calibration,
+                calibration=None if self._calibration is None else self._calibration.name,
             )
         except FieldcamError as error:
             self._hear(shot, StorageTrouble(error))

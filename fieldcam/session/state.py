@@ -113,6 +113,8 @@ class WalkState:
     camera: CameraState = CameraState.READY
     camera_trouble: str = ""
     """Why the camera is lost, and what to do, in the camera's own words."""
+    uncalibrated: str = ""
+    """Why pictures are saved and not read; empty where they are."""
     analysis: AnalysisStatus = field(default_factory=AnalysisStatus)
 
     @property

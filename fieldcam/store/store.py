@@ -32,7 +32,14 @@ from fieldcam.store.objects import CALIBRATION_SUFFIX, Objects
 from fieldcam.store.orchard_rows import Block, Operator, Tree
 from fieldcam.store.rows import Draft, EntryId, Row, new_id
 from fieldcam.store.space import Space
-from fieldcam.store.walk_rows import Capture, Event, EventKind, ObjectFile, ObjectRole, Visit
+from fieldcam.store.walk_rows import (
+    Capture,
+    Event,
+    EventKind,
+    ObjectFile,
+    ObjectRole,
+    Visit,
+)
 from fieldcam.values import RawPair
 
 DATABASE_NAME = "fieldcam.db"
@@ -131,7 +138,7 @@ class Store:
     ) -> SavedCapture:
         """Make a raw pair durable, with the time of its shutter where that is known.
 
-        `calibration` is what `keep_calibration` gave.
+        `calibration` is the name that `keep_calibration` gave, where the pair has its own.
         """
         refuse_other_kind(self.folder, raw.simulated)
         self.space.check()
@@ -150,6 +157,13 @@ class Store:
         )
         return self.add_capture(capture, shutter)
 
+    def keep_calibration(self, content: bytes) -> str:
+        """Make a calibration durable and give the name of its file, which has a row of its own."""
+        name = self.objects.keep(content, CALIBRATION_SUFFIX).name
+        if not has_calibration(self.database, name):
+            self.append(ObjectFile(name, len(content), ObjectRole.CALIBRATION))
+        return name
+
     def add_capture(self, capture: Capture, shutter: Moment | None = None) -> SavedCapture:
         """Write the row of a pair whose image files are durable already."""
         refuse_other_kind(self.folder, capture.simulated)
@@ -164,13 +178,6 @@ class Store:
             self.database_path,
             None if capture.calibration is None else self.objects.path(capture.calibration),
         )
-
-    def keep_calibration(self, content: bytes) -> str:
-        """Make a calibration file durable and give its name, which has a row of its own."""
-        name = self.objects.keep(content, CALIBRATION_SUFFIX).name
-        if not has_calibration(self.database, name):
-            self.append(ObjectFile(name, len(content), ObjectRole.CALIBRATION))
-        return name
 
     def sign_in(self, name: str) -> EntryId:
         """Rows are by this operator from now on."""

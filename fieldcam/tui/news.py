@@ -35,9 +35,9 @@ def news(event: events.LiveEvent) -> News | None:
             return News(f"{_name(tag_id)}: {verdict.status.upper()} ({took}).", tune=tune)
         case events.AnalysisTrouble(_, tag_id, error):
             return News(f"{_name(tag_id)}: {error}", bad=True, tune=Tune.BAD)
-        case events.CameraReady(missed):
-            last = " The last picture was not taken." if missed else ""
-            return News(f"The camera is ready.{last}")
+        case events.CameraReady(missed, notes):
+            last = ("The last picture was not taken.",) if missed else ()
+            return News(" ".join(("The camera is ready.", *last, *notes)))
         case events.CameraTrouble(error):
             return News(str(error), bad=True, tune=Tune.BAD)
         case events.StorageTrouble(error):

@@ -165,6 +165,8 @@ def _verdict(state: WalkState, shown: Shown) -> Banner:
 def _without_reading(state: WalkState, shown: Shown) -> Banner:
     if shown.stage is Stage.FAILED:
         return Banner("NO SIZES", "query", Tone.ASK, f"Saved, but: {shown.failure}")
+    if state.uncalibrated:
+        return Banner("SAVED", "dots", Tone.ASK, state.uncalibrated)
     if state.analysis.state is State.STOPPED:
         return Banner("SAVED", "dots", Tone.ASK, "Saved. The analysis is off; walk on.")
     return Banner("SAVED", "dots", Tone.BUSY, "Saved. It is being read; you may walk on.")

@@ -6,14 +6,13 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.status import Limits
 from fieldcam.analysis.supervisor import DEFAULTS, Supervisor
 from fieldcam.camera.port import FlashStereoDevice
-from fieldcam.errors import CalibrationInvalid
 from fieldcam.models import Models
+from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.setting_up import SetUp
@@ -41,10 +40,11 @@ class Rig:
     limits: Limits = DEFAULTS
     deadline_s: float = DEADLINE_S
     """How long a pair may take to arrive."""
+    calibration: OwnCalibration | None = None
+    """Goes with each picture; None where `setup` describes the camera."""
 
     def walk(self, store: Store, visit: EntryId, listener: Listener) -> LiveWalk:
-        """A walk of this visit, begun; a calibration file is kept with its pictures."""
-        camera = self.setup.camera
+        """A walk of this visit, begun."""
         log = store.folder.path / "logs" / "analysis.log"
         return LiveWalk(
             store,
@@ -53,15 +53,8 @@ class Rig:
             lambda changed: Supervisor(self.setup, log, changed, self.limits),
             listener,
             self.deadline_s,
-            store.keep_calibration(_content(camera)) if isinstance(camera, Path) else None,
+            self.calibration,
         )
-
-
-def _content(calibration: Path) -> bytes:
-    try:
-        return calibration.read_bytes()
-    except OSError as error:
-        raise CalibrationInvalid(f"{calibration} cannot be read: {error.strerror}.") from error
 
 
 def run(
