@@ -41,6 +41,7 @@ APP = (
     "fieldcam.camera.aimed",
     "fieldcam.camera.beside",
     "fieldcam.camera.finding",
+    "fieldcam.camera.head.device",
     "fieldcam.camera.port",
     "fieldcam.camera.replay",
     "fieldcam.camera.simulated",

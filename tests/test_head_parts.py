@@ -1,0 +1,180 @@
+"""The head's pure parts: brightness, previews, layouts, and features that a camera lacks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from register_files import MemoryRegisters, node_map, register
+
+from fieldcam.camera.head.adjusting import Adjustment, Need, adjust
+from fieldcam.camera.head.assembly import told_by_image
+from fieldcam.camera.head.opening import choose
+from fieldcam.camera.head.pictures import (
+    GREY,
+    LONGEST_PREVIEW_US,
+    brightness,
+    flash_fired,
+    next_exposure_us,
+    shrunk,
+)
+from fieldcam.camera.head.settings import Carrying, HeadSettings
+from fieldcam.camera.usb3vision.devices import AttachedCamera, CameraNames
+from fieldcam.camera.usb3vision.transport import LinkSpeed
+from fieldcam.errors import CameraForbidden, CameraUnplugged, CameraUnsupported, FeatureMissing
+from fieldcam.values import PixelFormat
+
+TRIGGER_MODE = """<Enumeration Name="TriggerMode"><EnumEntry Name="Off"><Value>0</Value></EnumEntry>
+<EnumEntry Name="On"><Value>1</Value></EnumEntry><pValue>ModeReg</pValue></Enumeration>"""
+GAIN = "<Integer Name='Gain'><pValue>GainReg</pValue><Min>0</Min><Max>10</Max></Integer>"
+MAP = (register("ModeReg", 0), TRIGGER_MODE, register("GainReg", 4), GAIN)
+
+
+def test_features_are_set_and_read_back() -> None:
+    registers = MemoryRegisters()
+    done = adjust(
+        node_map(*MAP, registers=registers),
+        [Adjustment("TriggerMode", True), Adjustment("Gain", 3.0)],
+    )
+    assert (done.values, done.lacks) == ({"TriggerMode": "On", "Gain": 3}, [])
+    assert (registers.memory[0], registers.memory[4]) == (1, 3)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "words"),
+    [
+        (Adjustment("Gain", 11), "Gain cannot be 11"),
+        (Adjustment("TriggerMode", "Perhaps"), "TriggerMode cannot be 'Perhaps'"),
+        (Adjustment("BalanceRatio", 2.0), "no feature BalanceRatio"),
+    ],
+)
+def test_what_a_camera_lacks_is_a_sentence_or_an_error(wanted: Adjustment, words: str) -> None:
+    done = adjust(node_map(*MAP), [wanted, Adjustment("Gain", 2)])
+    assert len(done.lacks) == 1 and words in done.lacks[0]
+    assert done.values == {"Gain": 2}
+    quiet = Adjustment("BalanceRatio", 2.0, need=Need.IF_THERE)
+    assert adjust(node_map(*MAP), [quiet]).lacks == []
+    with pytest.raises(FeatureMissing):
+        adjust(node_map(*MAP), [Adjustment("TriggerSource", "Software", need=Need.MUST)])
+
+
+class Rounding(MemoryRegisters):
+    """Keeps even numbers only."""
+
+    def write(self, address: int, data: bytes) -> None:
+        super().write(address, bytes((data[0] & 0xFE, *data[1:])))
+
+
+def test_what_the_camera_made_of_a_value_is_told() -> None:
+    done = adjust(node_map(*MAP, registers=Rounding()), [Adjustment("Gain", 5)])
+    assert done.lacks == ["Gain was set to 5 and is 4."]
+
+
+@given(st.floats(0, 255), st.floats(20, LONGEST_PREVIEW_US))
+def test_the_preview_comes_to_its_brightness_and_stays_there(light: float, start: float) -> None:
+    per_us, exposure_us = light / 1000, start
+    for _ in range(6):
+        exposure_us = next_exposure_us(exposure_us, min(255.0, per_us * exposure_us))
+    mean = per_us * exposure_us
+    reachable = per_us * LONGEST_PREVIEW_US > GREY
+    assert 20 <= exposure_us <= LONGEST_PREVIEW_US
+    assert GREY / 1.5 < mean < GREY * 1.5 or not reachable or exposure_us <= 20
+
+
+@pytest.mark.parametrize(
+    ("mean", "ambient", "fired"),
+    [
+        (90.0, None, True),
+        (2.0, None, False),
+        (2.0, 1.9, False),
+        (8.0, 1.0, True),
+        (8.0, None, False),
+        (40.0, 40.0, True),
+    ],
+)
+def test_only_a_picture_that_is_black_is_called_unlit(
+    mean: float, ambient: float | None, fired: bool
+) -> None:
+    assert flash_fired(mean, ambient) is fired
+
+
+@given(st.integers(1, 60), st.integers(1, 60))
+def test_brightness_is_the_mean_of_any_size(height: int, width: int) -> None:
+    image = np.full((height * 8, width * 8), 77, np.uint8)
+    assert brightness(image) == 77
+    assert brightness(np.dstack([image] * 3)) == 77
+
+
+@pytest.mark.parametrize(
+    ("pixel_format", "red"),
+    [
+        (PixelFormat.BAYER_RG8, (0, 0)),
+        (PixelFormat.BAYER_GR8, (0, 1)),
+        (PixelFormat.BAYER_GB8, (1, 0)),
+        (PixelFormat.BAYER_BG8, (1, 1)),
+    ],
+)
+def test_a_mosaic_keeps_its_colours(pixel_format: PixelFormat, red: tuple[int, int]) -> None:
+    image = np.full((1080, 1440), 50, np.uint8)
+    image[red[0] :: 2, red[1] :: 2] = 200
+    image[1 - red[0] :: 2, 1 - red[1] :: 2] = 10
+    small, step = shrunk(image, pixel_format)
+    assert (small.shape, step) == ((540, 720, 3), 2)
+    assert np.all(small == (200, 50, 10))
+
+
+def test_grey_and_colour_pictures_are_thinned_out() -> None:
+    small, step = shrunk(np.zeros((100, 4000), np.uint8), PixelFormat.MONO8)
+    assert (small.shape, step) == ((17, 667), 6)
+    small, step = shrunk(np.zeros((100, 100, 3), np.uint8), PixelFormat.RGB8)
+    assert (small.shape, step) == ((50, 50, 3), 2)
+
+
+@pytest.mark.parametrize(
+    ("size_px", "sources", "carrying"),
+    [
+        ((2880, 1080), 1, Carrying.SIDE_BY_SIDE),
+        ((1440, 2160), 1, Carrying.STACKED),
+        ((1440, 1080), 2, Carrying.ALTERNATING),
+    ],
+)
+def test_one_cameras_layout_is_told_by_its_image(
+    size_px: tuple[int, int], sources: int, carrying: Carrying
+) -> None:
+    assert told_by_image(size_px, sources) is carrying
+
+
+def test_one_eye_alone_is_no_head() -> None:
+    with pytest.raises(CameraUnsupported, match="one eye"):
+        told_by_image((1440, 1080), 1)
+
+
+def attached(serial: str, trouble: CameraForbidden | None = None) -> AttachedCamera:
+    names = CameraNames("Maker", "Eye", serial)
+    return AttachedCamera(names, (1, 2), 1, 5, (1,), LinkSpeed.SUPER, 112, trouble)
+
+
+def test_unknown_eyes_are_ordered_by_serial_wherever_they_are_plugged_in() -> None:
+    for order in ("BA", "AB"):
+        chosen, notes = choose(HeadSettings(), [attached(serial) for serial in order])
+        assert [camera.names.serial for camera in chosen] == ["A", "B"]
+        assert "A is taken for the left one" in notes[0]
+
+
+@pytest.mark.parametrize(
+    ("settings", "plugged", "words"),
+    [
+        (HeadSettings(), "", "No camera is plugged in"),
+        (HeadSettings(left="A", right="B"), "A", "The right camera B is not plugged in, only A"),
+        (HeadSettings(left="A", right="B"), "BC", "The left camera A is not plugged in, only B"),
+    ],
+)
+def test_a_missing_eye_is_named(settings: HeadSettings, plugged: str, words: str) -> None:
+    with pytest.raises(CameraUnplugged, match=words):
+        choose(settings, [attached(serial) for serial in plugged])
+
+
+def test_an_eye_whose_name_may_not_be_read_is_no_missing_one() -> None:
+    with pytest.raises(CameraForbidden):
+        choose(HeadSettings(left="A"), [attached("", CameraForbidden("No.", "Rule."))])
