@@ -7,14 +7,21 @@ import json
 import time
 import zipfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from register_files import HEAD, MemoryRegisters, feature_file, register
+from register_files import HEAD, MemoryRegisters, feature_file, node_map, register
 
-from fieldcam.camera.genapi import NoCamera, NodeMap, load_feature_file
+from fieldcam.camera.genapi import (
+    NoCamera,
+    NodeMap,
+    declared_entries,
+    load_feature_file,
+    present_entries,
+)
 from fieldcam.camera.genapi.feature_file import LARGEST_FILE_BYTES
 from fieldcam.cli import main
 from fieldcam.errors import ExitCode, FeatureFileInvalid, FieldcamError
@@ -46,6 +53,7 @@ def zipped(content: bytes = SMALL, *names: str, method: int = zipfile.ZIP_DEFLAT
         b"\xef\xbb\xbf" + SMALL,
         SMALL.decode().encode("utf-16"),
         b"Maker-Camera 12 (USB3)\n" + SMALL,
+        b'<!-- Maker-Camera 12 (USB3) -->\r\n<?xml version="1.0"?>\r\n' + SMALL,
         SMALL.replace(b"http://www.genicam.org/GenApi/Version_1_1", b"urn:another"),
         zipped(),
         zipped(SMALL, "read_me.txt", "camera.XML"),
@@ -98,6 +106,9 @@ def ask_everything(data: bytes, registers: MemoryRegisters | NoCamera) -> None:
     except FieldcamError as error:
         assert error.message.endswith(".") and "\n" not in error.message
         return
+    with suppress(FieldcamError):
+        listing = declared_entries if isinstance(registers, NoCamera) else present_entries
+        json.dumps(list(listing(features)), allow_nan=False)
     for node in nodes:
         for question in ("access", "value", "min", "max", "increment", "done", "length", "entries"):
             try:
@@ -178,6 +189,23 @@ def test_three_thousand_nodes_load_within_two_seconds(note: Callable[[str], None
     took_s = time.perf_counter() - began_at
     note(f"a feature file of 3,000 nodes loads in {took_s:.2f} s.")
     assert took_s < 2
+
+
+def test_what_one_feature_gets_wrong_does_not_hide_the_others() -> None:
+    """The choice's register holds no entry; the step's holds NaN."""
+    features = node_map(
+        '<Category Name="Root"><pFeature>Hidden</pFeature><pFeature>Real</pFeature></Category>',
+        '<Enumeration Name="Choice"><EnumEntry Name="A"><Value>0</Value></EnumEntry>',
+        "<pValue>R</pValue></Enumeration>",
+        register("R", 0),
+        '<Integer Name="Hidden"><pIsAvailable>Choice</pIsAvailable><Value>1</Value></Integer>',
+        '<Float Name="Real"><Value>2</Value><pInc>Step</pInc></Float>',
+        register("Step", 8, tag="FloatReg", Length=8),
+        registers=MemoryRegisters(bytearray(b"\xff" * 64)),
+    )
+    hidden, real = present_entries(features)
+    assert "none of its entries" in hidden["problem"]
+    assert (real["value"], real["increment"]) == (2.0, None)
 
 
 def test_a_real_cameras_file_is_listed(

@@ -27,8 +27,9 @@ DEEPEST_NESTING = 32
 
 _PADDING = b"\0 \t\r\n"
 _ZIP_START = b"PK\x03\x04"
-_CAMERA_LINE = re.compile(rb"[ -;=-~]{1,400}\r?\n(?=<)")
-"""Common tools print the camera's name before the XML, and it is saved with it."""
+_CAMERA_LINE = re.compile(rb"(?:<!--[ -~]{1,400}-->|[ -;=-~]{1,400})\r?\n(?=<)")
+"""Common tools print the camera's name before the XML, plain or as a comment, and it is
+saved with it."""
 _READABLE_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _ENCRYPTED = 1
 _HINT = "Ask the camera's maker for its GenICam XML file."

@@ -68,7 +68,7 @@ def _entry(depth: int, feature: Feature, state: Callable[[Feature], Entry]) -> E
     }
     try:
         return entry | state(feature)
-    except (FeatureFileInvalid, CameraRefused) as error:
+    except (FeatureFileInvalid, FeatureRefused, CameraRefused) as error:
         return entry | {"access": None, "problem": error.message}
 
 
@@ -93,7 +93,7 @@ def _values(feature: Feature) -> Entry:
             "value": _known(lambda: _finite(feature.value)),
             "min": _known(lambda: _finite(feature.min)),
             "max": _known(lambda: _finite(feature.max)),
-            "increment": _known(lambda: feature.increment),
+            "increment": _known(lambda: _finite(feature.increment)),
         }
     if isinstance(feature, EnumerationFeature):
         entries = [_choice(entry) for entry in feature.entries]
@@ -110,9 +110,9 @@ def _choice(entry: EnumEntry) -> Entry:
     return {"name": entry.symbol, "code": entry.code, "available": available}
 
 
-def _finite(value: float) -> float | None:
+def _finite(value: float | None) -> float | None:
     """A camera's register may hold any bits, and so what is no number."""
-    return value if isinstance(value, int) or math.isfinite(value) else None
+    return value if not isinstance(value, float) or math.isfinite(value) else None
 
 
 def _hexadecimal(feature: RegisterFeature) -> str | None:
