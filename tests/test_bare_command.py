@@ -20,7 +20,6 @@ from fieldcam.store.durable import storage_error
 from fieldcam.store.folder import DataKind
 from fieldcam.store.store import DATABASE_NAME, Store, open_store
 from fieldcam.store.walks import walk_route
-from fieldcam.tui.field import UNCALIBRATED
 from fieldcam.tui.offer import Choice, Offer
 
 Capture = pytest.CaptureFixture[str]
@@ -131,10 +130,7 @@ def test_the_offer_takes_one_key(key: str, choice: Choice | None) -> None:
 
 def test_with_data_it_goes_on(data: Path, opened: list[Sequence[str]]) -> None:
     assert main(["--data", str(data)]) == ExitCode.OK
-    assert list(opened[0]) == [UNCALIBRATED]
-    write_calibration(data / "calibrations" / "0001-2026-05-01" / "calibration.yml")
-    assert main(["--data", str(data)]) == ExitCode.OK
-    assert list(opened[1]) == []
+    assert list(opened[0]) == []
 
 
 def damage(data: Path) -> None:
@@ -212,8 +208,7 @@ def test_what_the_folder_lacks_is_said_and_the_app_opens(
     monkeypatch.setattr(app, "checked_models", wrong)
     with open_store(data, DataKind.FIELD):
         assert main(["--data", str(data)]) == ExitCode.OK
-    first, uncalibrated, missing, in_use = opened[0]
-    assert uncalibrated == UNCALIBRATED
+    first, missing, in_use = opened[0]
     assert first == "The networks are not whole."
     assert missing.startswith("Image files that are missing: 1")
     assert in_use == "Another fieldcam has this data folder open."

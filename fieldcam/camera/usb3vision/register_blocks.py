@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from fieldcam.camera.usb3vision.channel import Registers
+from fieldcam.camera.genapi import Registers
 from fieldcam.errors import CameraRefused
 
 Layout = tuple[tuple[int, int, str], ...]
