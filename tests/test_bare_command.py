@@ -10,7 +10,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from recorded_pairs import write_calibration
 from stored_walks import FIRST_DAY, raw_pair
 
 from fieldcam.cli import app, console, main
