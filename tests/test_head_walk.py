@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from fieldcam.session import shutter
 from fieldcam.session.calibrating import MISSING, OwnCalibration
 from fieldcam.session.events import CameraReady, CameraTrouble, Changed, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
+from fieldcam.store.calibrations import next_calibration
 from fieldcam.store.captures import load_raw
 from fieldcam.store.connection import rows
 from fieldcam.store.store import Store
@@ -42,7 +44,9 @@ class HeadWalk:
         )
 
     def calibrate(self, content: str = CALIBRATION) -> None:
-        (self.bench.folder / "calibration.yml").write_text(content)
+        folder = next_calibration(self.bench.folder, date(2026, 5, 21))
+        folder.mkdir(parents=True)
+        (folder / "calibration.yml").write_text(content)
 
     def shoot(self) -> Saved:
         self.live.shoot()
