@@ -53,6 +53,7 @@ class ScriptedHead:
 
     serials = ("L-1", "R-2")
     calibration: Calibration | None = None
+    notes = ("R-2 is in a USB 2 port.",)
 
     def __init__(self, *outcomes: RawPair | DeviceError) -> None:
         self._outcomes = deque(outcomes)
@@ -93,7 +94,7 @@ Plug = Callable[..., ScriptedHead]
 def plug(monkeypatch: pytest.MonkeyPatch) -> Plug:
     def plug(*outcomes: RawPair | DeviceError) -> ScriptedHead:
         head = ScriptedHead(*outcomes)
-        monkeypatch.setattr(finding, "open_camera", lambda: head)
+        monkeypatch.setattr(finding, "open_camera", lambda data: head)
         return head
 
     return plug
@@ -145,6 +146,7 @@ def test_a_person_reads_the_light_and_the_times(
     assert "left eye L-1, right eye R-2: 24 x 16 pixels each" in out
     assert out.splitlines()[-1].split()[0] == "2026-05-03/0_1_left.png"
     assert "80.0" in out and "70.0" in out and "calibration.yml" in err
+    assert "R-2 is in a USB 2 port.\n" in err
     assert max(map(len, out.splitlines())) <= 80
 
 
@@ -177,6 +179,20 @@ def test_another_head_than_the_one_named_is_refused(
     code, _, err = run(capsys, tmp_path, "--serial", "L-9")
     assert code == ExitCode.DEVICE and "L-1 and R-2, not L-9" in err and head.closed
     assert run(capsys, tmp_path, "--serial", "R-2")[0] == ExitCode.OK
+
+
+def test_the_head_is_set_up_as_the_data_folder_says(
+    capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def open_camera(data: Path) -> ScriptedHead:
+        asked.append(data)
+        return ScriptedHead(taken(1))
+
+    monkeypatch.setattr(finding, "open_camera", open_camera)
+    run(capsys, tmp_path / "out", "--data", tmp_path / "data")
+    assert asked == [tmp_path / "data"]
 
 
 @pytest.mark.parametrize("name", ["file", "file/below", "x" * 300])

@@ -80,9 +80,12 @@ def _prepare(folder: Path) -> None:
 def _pairs(arguments: argparse.Namespace) -> Iterator[Grabbed]:
     from fieldcam.camera.finding import open_camera
     from fieldcam.session.grabbing import grab_pairs
+    from fieldcam.store.folder import data_path
 
-    with open_camera() as camera:
+    with open_camera(data_path(arguments.data)) as camera:
         _check_serial(camera, arguments.serial)
+        for note in camera.notes:
+            narrate(note)
         yield from grab_pairs(camera, arguments.out, arguments.tag, arguments.count)
 
 
