@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections import deque
 from collections.abc import Callable
 from datetime import UTC, datetime
@@ -12,6 +14,10 @@ from typing import Self
 
 import numpy as np
 import pytest
+from emulated_camera.pictures import gradients
+from emulated_camera.plugged_bus import PluggedBus
+from emulated_camera.sensor import Sensor
+from emulated_camera.shapes import LEFT_SERIAL, RIGHT_SERIAL, Shape, stereo_head
 
 from fieldcam.camera import finding
 from fieldcam.camera.preview import Preview
@@ -229,3 +235,22 @@ def test_nonsense_is_refused(
 ) -> None:
     plug(taken(1))
     assert run(capsys, tmp_path, option, value)[0] == ExitCode.BAD_INPUT
+
+
+def test_the_installed_command_grabs_over_libusb(served_bus: PluggedBus, tmp_path: Path) -> None:
+    head = stereo_head(
+        served_bus.bus, Shape.TWO_DEVICES, gradients(64, 48), Sensor(width_px=64, height_px=48)
+    )
+    head.plug()
+    command = [sys.executable, "-m", "fieldcam", "camera", "grab", str(tmp_path / "out"), "--json"]
+    done = subprocess.run(
+        [*command, "--count", "2", "--data", str(tmp_path)],
+        env=served_bus.environment | {"XDG_CACHE_HOME": str(tmp_path)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == ExitCode.OK, done.stderr
+    document = json.loads(done.stdout)
+    assert document["serials"] == {"left": LEFT_SERIAL, "right": RIGHT_SERIAL}
+    assert (len(document["pairs"]), head.head.flashes) == (2, 2)
+    assert len(read_capture_folder(tmp_path / "out").captures) == 2
