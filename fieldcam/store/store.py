@@ -160,8 +160,7 @@ class Store:
     def keep_calibration(self, content: bytes) -> str:
         """Make a calibration durable and give the name of its file, which has a row of its own."""
         name = self.objects.keep(content, CALIBRATION_SUFFIX).name
-        if not has_calibration(self.database, name):
-            self.append(ObjectFile(name, len(content), ObjectRole.CALIBRATION))
+        self.together(self._name_calibration, ObjectFile(name, len(content), ObjectRole.CALIBRATION))
         return name
 
     def add_capture(self, capture: Capture, shutter: Moment | None = None) -> SavedCapture:
@@ -229,6 +228,11 @@ class Store:
             return found[0]["id"] if found else self.append(row)[0]
 
         return self.together(look_up_or_append)
+
+    def _name_calibration(self, row: ObjectFile) -> None:
+        """Unless another thread was faster."""
+        if not has_calibration(self.database, row.file):
+            self.append(row)
 
     def _with_reserve(self, action: Callable[[], _Result]) -> _Result:
         inside = self.database.conn.in_transaction
