@@ -175,7 +175,7 @@ def cut(folder: Path) -> None:
         (thin_out, OPTIONS, "in 3 of the pairs"),
         (cut, OPTIONS, "is truncated"),
         (bool, [*OPTIONS[:-1], "0.5"], "--square-mm"),
-        (bool, ["--board", "checkerboard"], "checkerboard of 9 x 6 squares"),
+        (thin_out, ["--board", "checkerboard"], "checkerboard of 9 x 6 squares"),
     ],
 )
 def test_pairs_that_tell_nothing_leave_nothing(

@@ -62,7 +62,7 @@ def assert_is(result: Calibrated, head: Head) -> None:
     assert result.rms_px < 3 * NOISE_PX and result.rows_px < 3 * NOISE_PX
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_the_camera_comes_out_as_it_is(seed: int) -> None:
     rng = np.random.default_rng(seed)
     head = random_head(rng)
