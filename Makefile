@@ -13,7 +13,7 @@ PYTEST_ARGS ?=
 TORTURE_ARGS ?=
 MEASURE_ARGS ?=
 
-.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture measure sweep-calibrations clean
+.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture soak measure sweep-calibrations clean
 
 demo: $(VENV)/.demo-ready
 	$(BIN)/fieldcam demo $(DEMO_ARGS)
@@ -44,6 +44,9 @@ fuzz: $(VENV)/.test-ready
 
 torture: $(VENV)/.test-ready
 	PYTHONPATH=tests $(BIN)/python -m torture $(TORTURE_ARGS)
+
+soak: $(VENV)/.test-ready
+	$(BIN)/python -m pytest -m slow tests/test_head_soak.py $(PYTEST_ARGS)
 
 measure: $(VENV)/.test-ready
 	PYTHONPATH=tests $(BIN)/python -m measuring $(MEASURE_ARGS)

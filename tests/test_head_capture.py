@@ -153,7 +153,7 @@ def test_a_late_picture_is_never_taken_for_the_next(tmp_path: Path) -> None:
     with bench.opened() as head:
         head.capture(DEADLINE_S)
         with pytest.raises(CaptureTimeout):
-            head.capture(0.016)
+            head.capture(0.005)
         for _ in range(3):
             before = bench.emulated.head._ordinal
             pair = head.capture(DEADLINE_S)

@@ -54,6 +54,8 @@ class EyeCamera:
         self._stream = camera.stream()
         self._samples: deque[ClockSample] = deque(maxlen=CLOCK_SAMPLES)
         self._latched_s = float("-inf")
+        self._in_step = False
+        """The last trigger was answered in full, so that nothing is on its way."""
         self.fired_s = float("-inf")
         """When it was triggered last, on the monotonic clock."""
         self.stop()
@@ -80,8 +82,13 @@ class EyeCamera:
         adjust(self.features, [STOPPED])
 
     def clear(self) -> None:
-        """Throw away late pictures, and look at the camera's clock now and then."""
-        self._stream.flush()
+        """Throw away late pictures, and look at the camera's clock now and then.
+
+        That nothing more comes takes 10 ms to know; where the last trigger was answered
+        and the clock would tell an old picture, they are saved.
+        """
+        if not self._in_step or not self._samples:
+            self._stream.flush()
         if time.monotonic() - self._latched_s >= LATCH_EVERY_S:
             self._latched_s = time.monotonic()
             if (sample := self._latch()) is not None:
@@ -107,6 +114,7 @@ class EyeCamera:
         once `given_up` is set.
         """
         halves: list[Half] = []
+        self._in_step = False
         while len(halves) < blocks:
             left_s = ends_s - time.monotonic()
             if left_s <= 0 or given_up.is_set():
@@ -115,6 +123,7 @@ class EyeCamera:
                 frame = self._stream.receive(min(left_s, SLICE_S))
                 if not self._is_stale(frame, fired_ns):
                     halves.append(_half(frame))
+        self._in_step = True
         return halves
 
     def condition(self) -> str:
