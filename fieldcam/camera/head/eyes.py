@@ -57,7 +57,7 @@ class EyeCamera:
         self._in_step = False
         """The last trigger was answered in full, so that nothing is on its way."""
         self.fired_s = float("-inf")
-        """When it was triggered last, on the monotonic clock."""
+        """When it had been triggered last, on the monotonic clock."""
         self.stop()
 
     @property
@@ -101,9 +101,9 @@ class EyeCamera:
 
     def fire(self) -> None:
         """Trigger it, once: where the answer is lost, the pictures tell whether it fired."""
-        self.fired_s = time.monotonic()
         with suppress(CameraSilent), self._camera.registers.acting():
             self.features.command(FIRE).execute()
+        self.fired_s = time.monotonic()
 
     def receive(
         self, blocks: int, fired_ns: int | None, ends_s: float, given_up: Event
