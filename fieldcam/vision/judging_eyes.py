@@ -31,7 +31,10 @@ LEAST_FOUND = 0.4
 SWAPPED_SHARE = 0.7
 MISPAIRED_SPREAD_PX = 4.0
 
-SWAPPED = retake(ReasonCode.SWAPPED_EYES, "Left and right are swapped: check cables and names.")
+SWAPPED = retake(
+    ReasonCode.SWAPPED_EYES,
+    "Left and right are swapped: check cables and names (of a USB camera in camera.toml).",
+)
 MISPAIRED = retake(
     ReasonCode.MISPAIRED, "Left and right are not of the same moment: take it again."
 )
