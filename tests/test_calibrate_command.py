@@ -274,7 +274,7 @@ def test_the_camera_takes_pictures_until_it_is_lost(
     grey = np.full_like(pairs[0][0], 90)
     shown = [pairs[0], pairs[0], (grey, grey), (pairs[1][0], grey), *pairs[1:]]
     camera = BoardCamera(shown)
-    monkeypatch.setattr(finding, "open_camera", lambda: camera)
+    monkeypatch.setattr(finding, "open_camera", lambda data: camera)
     taken, out = tmp_path / "taken", tmp_path / "out"
     argv = ["calibrate", str(taken), "--out", str(out), *OPTIONS]
     assert main([*argv, "--camera", "--views", "10"]) == ExitCode.DEVICE
@@ -299,7 +299,7 @@ def test_enough_pictures_are_solved_at_once(
 ) -> None:
     from fieldcam.calibration import guide
 
-    monkeypatch.setattr(finding, "open_camera", lambda: BoardCamera(pairs, mosaic=True))
+    monkeypatch.setattr(finding, "open_camera", lambda data: BoardCamera(pairs, mosaic=True))
     monkeypatch.setattr(guide.Guide, "done", property(lambda self: self.kept >= VIEWS))
     argv = ["calibrate", str(tmp_path / "taken"), "--out", str(tmp_path / "out"), "--camera"]
     assert main([*argv, *OPTIONS]) == ExitCode.OK

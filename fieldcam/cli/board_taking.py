@@ -16,11 +16,12 @@ if TYPE_CHECKING:
 DEADLINE_S = 5.0
 
 
-def take_pairs(folder: Path, board: Board, enough: int) -> None:
+def take_pairs(folder: Path, board: Board, enough: int, data: Path) -> None:
     """Fill a new or empty folder with pairs until they tell enough about the camera.
 
     A pair is written before the next is taken, so that whatever ends this leaves the
-    pairs so far; raises DeviceError as the camera does.
+    pairs so far; raises DeviceError as the camera does, which the camera.toml of the data
+    folder sets up.
     """
     from fieldcam.camera.finding import open_camera
     from fieldcam.store.durable import make_folder, storage_error
@@ -32,7 +33,7 @@ def take_pairs(folder: Path, board: Board, enough: int) -> None:
     except OSError as error:
         raise storage_error(folder, error) from error
     narrate(f"Pictures go to {folder}. Ctrl+C ends; `fieldcam calibrate {folder}` uses them.")
-    with open_camera() as camera:
+    with open_camera(data) as camera:
         _take(camera, folder, board, enough)
 
 

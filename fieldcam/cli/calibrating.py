@@ -129,7 +129,9 @@ def _calibrate_folder(arguments: argparse.Namespace, board: Board) -> None:
     if arguments.out is not None:
         _check_new(arguments.out)
     if arguments.camera:
-        take_pairs(arguments.folder, board, arguments.views)
+        from fieldcam.store.folder import data_path
+
+        take_pairs(arguments.folder, board, arguments.views, data_path(arguments.data))
     found = read_pair_folder(arguments.folder)
     for problem in found.problems:
         narrate(problem.text)

@@ -160,7 +160,9 @@ class Store:
     def keep_calibration(self, content: bytes) -> str:
         """Make a calibration durable and give the name of its file, which has a row of its own."""
         name = self.objects.keep(content, CALIBRATION_SUFFIX).name
-        self.together(self._name_calibration, ObjectFile(name, len(content), ObjectRole.CALIBRATION))
+        self.together(
+            self._name_calibration, ObjectFile(name, len(content), ObjectRole.CALIBRATION)
+        )
         return name
 
     def add_capture(self, capture: Capture, shutter: Moment | None = None) -> SavedCapture:
