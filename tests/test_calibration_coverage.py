@@ -95,7 +95,7 @@ def test_whoever_follows_the_guide_comes_to_an_end() -> None:
         if guide.done:
             break
         tilt = next((t for word, t in tilts.items() if word in wish), Tilt.FLAT)
-        range_mm = 350.0 if "nearer (" in wish else 560.0
+        range_mm = 350.0 if "closer (" in wish else 560.0
         x_px, y_px = rng.uniform(500, 1150), rng.uniform(250, 830)
         disparity_px = LENS.fx * 60.0 / range_mm
         if "of the left picture" in wish or "of the right picture" in wish:

@@ -79,7 +79,7 @@ class Coverage:
     @property
     def missing_distances(self) -> tuple[str, ...]:
         """In the words that `missing_words` has for them."""
-        near = f"nearer ({NEAREST_MM / 10:.0f} to {NEAR_MM / 10:.0f} cm)"
+        near = f"closer ({NEAREST_MM / 10:.0f} to {NEAR_MM / 10:.0f} cm)"
         far = f"farther away ({FAR_MM / 10:.0f} to {FARTHEST_MM / 10:.0f} cm)"
         missing = (near, self.nearest_mm > NEAR_MM), (far, self.farthest_mm < FAR_MM)
         return tuple(words for words, is_missing in missing if is_missing)
