@@ -118,7 +118,9 @@ def main() -> int:
 def _row(condition: Condition, outcomes: list[Outcome]) -> str:
     focal = [100 * each.focal for each in outcomes]
     baseline = [each.baseline_mm for each in outcomes]
-    used = f"{min(o.used for o in outcomes)} to {max(o.used for o in outcomes)}"
+    used = " to ".join(
+        map(str, sorted({min(o.used for o in outcomes), max(o.used for o in outcomes)}))
+    )
     wrongly = sum(each.wrongly_used for each in outcomes)
     return (
         f"| {condition.name} | {median(focal):.3f}, {max(focal):.3f} %"
