@@ -15,11 +15,15 @@ from emulated_camera.features import LINES, STROBE_LINE
 from emulated_camera.shapes import LEFT_SERIAL, RIGHT_SERIAL, Shape
 from emulated_head import DEADLINE_S, DISPARITY, HEIGHT, QUICK, WIDTH, Bench
 
+from fieldcam.camera.genapi import Registers
+from fieldcam.camera.head import eyes
+from fieldcam.camera.usb3vision.bootstrap import ClockSample
 from fieldcam.camera.usb3vision.transport import TransferFault
 from fieldcam.errors import (
     CameraBusy,
     CameraForbidden,
     CameraPowerLost,
+    CameraRefused,
     CameraSettingsInvalid,
     CameraUnplugged,
     CaptureTimeout,
@@ -161,6 +165,29 @@ def test_a_late_picture_is_never_taken_for_the_next(tmp_path: Path) -> None:
             pair = head.capture(DEADLINE_S)
             assert_pair(pair)
             assert bench.emulated.head._ordinal == before + 1
+
+
+def refused(registers: Registers) -> ClockSample:
+    raise CameraRefused("It has no such register.")
+
+
+@pytest.mark.parametrize("latched", [True, False], ids=["by the feature", "not at all"])
+def test_cameras_without_the_register_that_latches_their_clock(
+    tmp_path: Path, latched: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(eyes, "latch_clock", refused)
+    if not latched:
+        monkeypatch.setattr(eyes, "has", lambda features, name: name != "TimestampLatch")
+    bench = Bench(tmp_path)
+    with bench.opened() as head:
+        assert_pair(head.capture(DEADLINE_S))
+        assert head._head is not None
+        assert all((eye.clock is not None) is latched for eye in head._head.eyes)
+        bench.cameras[1].faults.arm(Fault.SILENT)
+        with pytest.raises(CaptureTimeout):
+            head.capture(BRIEF_S)
+        for _ in range(3):
+            assert_pair(head.capture(DEADLINE_S))
 
 
 def test_swapped_eyes_are_swapped_back_by_the_file(tmp_path: Path) -> None:

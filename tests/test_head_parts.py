@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from register_files import MemoryRegisters, node_map, register
 
+from fieldcam.camera.head import watching
 from fieldcam.camera.head.adjusting import Adjustment, Need, adjust
 from fieldcam.camera.head.assembly import told_by_image
 from fieldcam.camera.head.opening import choose
@@ -69,6 +72,27 @@ class Rounding(MemoryRegisters):
 def test_what_the_camera_made_of_a_value_is_told() -> None:
     done = adjust(node_map(*MAP, registers=Rounding()), [Adjustment("Gain", 5)])
     assert done.lacks == ["Gain was set to 5 and is 4."]
+
+
+LINES = """<Enumeration Name="LineSelector"><EnumEntry Name="Line0"><Value>0</Value></EnumEntry>
+<EnumEntry Name="Line1"><Value>1</Value></EnumEntry><pValue>SelectorReg</pValue></Enumeration>
+<Boolean Name="LineStatus"><pValue>StatusReg</pValue></Boolean>"""
+
+
+def test_a_button_without_events_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watching, "POLL_EVERY_S", 0.0)
+    registers = MemoryRegisters()
+    nodes = (register("SelectorReg", 8), register("StatusReg", 12), LINES)
+    went_down = watching.by_level(
+        node_map(*nodes, registers=registers), "Line1", threading.RLock(), threading.Event()
+    )
+    told = []
+    # A button that is held while the camera is opened was not pressed.
+    for level in (1, 1, 0, 1, 1, 0, 0, 1):
+        registers.memory[12] = level
+        told.append(went_down())
+    assert told == [False, False, False, True, False, False, False, True]
+    assert registers.memory[8] == 1
 
 
 @given(st.floats(0, 255), st.floats(20, LONGEST_PREVIEW_US))

@@ -32,8 +32,11 @@ from fieldcam.errors import (
 LATCH_EVERY_S = 10.0
 """Two crystals drift apart by a millisecond or two in this time."""
 CLOCK_SAMPLES = 16
+FIRST_SAMPLES = 4
+"""On a busy machine one alone may be off by many milliseconds."""
 STALE_NS = 5_000_000
-"""A picture that was exposed this long before its trigger is another one's."""
+"""A picture that was exposed this long before its trigger is another one's; beside what
+the clocks themselves are unsure of."""
 SLICE_S = 0.05
 """How soon a camera gives up once the other one has failed."""
 START, STOP, FIRE = "AcquisitionStart", "AcquisitionStop", "TriggerSoftware"
@@ -91,8 +94,9 @@ class EyeCamera:
             self._stream.flush()
         if time.monotonic() - self._latched_s >= LATCH_EVERY_S:
             self._latched_s = time.monotonic()
-            if (sample := self._latch()) is not None:
-                self._samples.append(sample)
+            for _ in range(1 if self._samples else FIRST_SAMPLES):
+                if (sample := self._latch()) is not None:
+                    self._samples.append(sample)
 
     @property
     def clock(self) -> DeviceClock | None:
@@ -147,7 +151,8 @@ class EyeCamera:
         clock = self.clock
         if clock is None or fired_ns is None:
             return False
-        return clock.to_host_ns(frame.device_time_ns) < fired_ns - STALE_NS
+        unsure_ns = min(sample.uncertainty_ns for sample in self._samples)
+        return clock.to_host_ns(frame.device_time_ns) < fired_ns - STALE_NS - 2 * unsure_ns
 
     def _latch(self) -> ClockSample | None:
         """By the register that all cameras should have, else by the feature."""
