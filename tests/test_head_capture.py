@@ -197,8 +197,8 @@ def test_swapped_eyes_are_swapped_back_by_the_file(tmp_path: Path) -> None:
     with bench.opened() as head:
         pair = head.capture(DEADLINE_S)
         assert np.array_equal(pair.right[:, DISPARITY:], pair.left[:, :-DISPARITY])
-    swapped = f'left = "{RIGHT_SERIAL}"\nright = "{LEFT_SERIAL}"\nleader = "right"\n'
-    # The left camera gives the right picture by itself now.
+    swapped = f'left = "{RIGHT_SERIAL}"\nright = "{LEFT_SERIAL}"\n'
+    # The flash stays with the camera that has it.
     with bench.opened(QUICK + swapped) as head:
         assert head.serials == (RIGHT_SERIAL, LEFT_SERIAL)
         assert_pair(head.capture(DEADLINE_S))
@@ -373,6 +373,14 @@ def test_settings_that_cannot_be_are_refused_before_anything_is_opened(tmp_path:
     bench.write("exposure = 3\n")
     with pytest.raises(CameraSettingsInvalid, match="exposure_us"):
         bench.finder.open()
+
+
+def test_a_leader_that_is_no_eye_is_refused(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.write('leader = "EMU-OTHER"\n')
+    with pytest.raises(CameraSettingsInvalid, match="no camera of this head"):
+        bench.finder.open()
+    assert bench.backend.open_handles == 0
 
 
 def test_endless_faults_of_the_link_end_in_an_error(tmp_path: Path) -> None:

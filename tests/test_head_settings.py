@@ -16,7 +16,6 @@ from fieldcam.camera.head.settings import (
     load_settings,
     parse_settings,
 )
-from fieldcam.camera.usb3vision.pairing import Eye
 from fieldcam.errors import CameraSettingsInvalid
 
 PAGE = Path(__file__).parents[1] / "docs" / "camera.md"
@@ -24,7 +23,7 @@ WHOLE = """
 left = "A"
 right = "B"
 layout = "two-devices"
-leader = "right"
+leader = "B"
 exposure_us = 250
 gain_db = 1.5
 trigger = "Line0"
@@ -39,7 +38,7 @@ def parsed(text: str) -> HeadSettings:
 def test_all_that_is_given_is_taken() -> None:
     found = parsed(WHOLE)
     assert (found.left, found.right, found.layout) == ("A", "B", Carrying.TWO_DEVICES)
-    assert (found.leader, found.exposure_us, found.gain_db) == (Eye.RIGHT, 250.0, 1.5)
+    assert (found.leader, found.exposure_us, found.gain_db) == ("B", 250.0, 1.5)
     assert (found.trigger, found.strobe_line) == ("Line0", "")
     assert parsed("") == HeadSettings()
 
@@ -56,7 +55,7 @@ def test_all_that_is_given_is_taken() -> None:
         ('gain_db = "high"', "gives gain_db as 'high'"),
         ("throughput_bytes_per_s = 1.5", "a whole number from"),
         ('layout = "beside"', '"two-devices" or "side-by-side"'),
-        ('leader = "both"', '"left" or "right"'),
+        ("leader = 7", "a serial number in quotes"),
         ('left = ""', "a serial number in quotes"),
         ("[left]\nserial = 3", "gives left as {'serial': 3}"),
         ('right = "B"', "names the right camera and not the left one"),

@@ -201,13 +201,14 @@ class UsbStereoHead:
         return time.monotonic() - self._flashed_s >= self._settings.flash_pause_s
 
     def _exposed(self, head: OpenHead, ends_s: float) -> EyePair:
+        fired_before_s = head.leader.fired_s
         try:
             return exposed(head, self._pool, ends_s)
         except DeviceError as error:
             after_s = time.monotonic() - head.leader.fired_s - self._settings.exposure_us / 1e6
             head.assembly.restart()
             self._log_condition(f"{type(error).__name__}: {error.message}")
-            lit = self._light is Light.FLASH
+            lit = self._light is Light.FLASH and head.leader.fired_s > fired_before_s
             if lit and isinstance(error, CameraUnplugged) and after_s < POWER_LOST_S:
                 raise _power_lost() from error
             raise

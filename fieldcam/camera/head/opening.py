@@ -20,7 +20,7 @@ from fieldcam.camera.usb3vision.devices import (
 )
 from fieldcam.camera.usb3vision.pairing import Eye
 from fieldcam.camera.usb3vision.transport import LinkSpeed
-from fieldcam.errors import CameraUnplugged
+from fieldcam.errors import CameraSettingsInvalid, CameraUnplugged
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,17 +38,13 @@ class OpenHead:
     settings: HeadSettings
     eyes: tuple[EyeCamera, ...]
     """Left before right; one where it carries both."""
+    leader: EyeCamera
+    """The camera that is triggered, and has the flash."""
     assembly: Assembly
     applied: tuple[dict[str, Value], ...]
     """Of each camera, what its features were set to, as it gave them back."""
     notes: tuple[str, ...]
     """A sentence for each thing that is not as it should be."""
-
-    @property
-    def leader(self) -> EyeCamera:
-        """The camera that is triggered, and has the flash."""
-        follows = self.settings.leader is Eye.RIGHT
-        return self.eyes[-1 if follows else 0]
 
     @property
     def serials(self) -> tuple[str, str]:
@@ -72,15 +68,15 @@ def open_head(settings: HeadSettings, cache: Path, usb: Usb) -> OpenHead:
         for camera in chosen:
             eyes.append(_opened(usb.open(camera), cache))
             stack.callback(eyes[-1].close)
-        carrying = _carrying(settings, eyes)
+        carrying, leader = _carrying(settings, eyes), _leader(settings, eyes)
         applied = []
-        for eye, part in zip(eyes, _parts(settings, len(eyes)), strict=True):
-            adjusted = eye.set_up(setting_up(settings, part))
+        for eye in eyes:
+            adjusted = eye.set_up(setting_up(settings, _part(eye, leader, len(eyes))))
             applied.append(adjusted.values)
             notes += [f"{lack} ({eye.serial})" for lack in adjusted.lacks]
             notes += _slow(eye)
         stack.pop_all()
-    return OpenHead(settings, tuple(eyes), assembly(carrying), tuple(applied), tuple(notes))
+    return OpenHead(settings, tuple(eyes), leader, assembly(carrying), tuple(applied), tuple(notes))
 
 
 def choose(
@@ -143,11 +139,23 @@ def _carrying(settings: HeadSettings, eyes: Sequence[EyeCamera]) -> Carrying:
     return told_by_image(size_px, sources)
 
 
-def _parts(settings: HeadSettings, cameras: int) -> tuple[Part, ...]:
+def _leader(settings: HeadSettings, eyes: Sequence[EyeCamera]) -> EyeCamera:
+    """Not by the eye, so that the flash stays where it is when left and right are swapped."""
+    if settings.leader is None:
+        return min(eyes, key=lambda eye: eye.serial)
+    for eye in eyes:
+        if eye.serial == settings.leader:
+            return eye
+    raise CameraSettingsInvalid(
+        f"camera.toml names {settings.leader} as the leader, which is no camera of this head.",
+        f"Its cameras are {' and '.join(eye.serial for eye in eyes)}.",
+    )
+
+
+def _part(eye: EyeCamera, leader: EyeCamera, cameras: int) -> Part:
     if cameras == 1:
-        return (Part.ALONE,)
-    parts = (Part.LEADER, Part.FOLLOWER)
-    return parts if settings.leader is Eye.LEFT else parts[::-1]
+        return Part.ALONE
+    return Part.LEADER if eye is leader else Part.FOLLOWER
 
 
 def _slow(eye: EyeCamera) -> list[str]:

@@ -11,7 +11,6 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from fieldcam.camera.usb3vision.pairing import Eye
 from fieldcam.errors import CameraSettingsInvalid
 
 FILE_NAME = "camera.toml"
@@ -37,8 +36,9 @@ class HeadSettings:
     right: str | None = None
     layout: Carrying | None = None
     """None: told by how many cameras there are, and by their image."""
-    leader: Eye = Eye.LEFT
-    """Of two cameras, the one that has the flash and triggers the other one."""
+    leader: str | None = None
+    """Serial number of that of two cameras which has the flash and triggers the other one;
+    None: the first by serial number, whichever eye it is."""
     exposure_us: float = 300.0
     gain_db: float = 0.0
     white_balance_red: float | None = None
@@ -155,7 +155,7 @@ _KEYS: Mapping[str, _Key] = {
     "left": _text("a serial number in quotes"),
     "right": _text("a serial number in quotes"),
     "layout": _one_of(Carrying),
-    "leader": _one_of(Eye),
+    "leader": _text("a serial number in quotes"),
     "exposure_us": _number(1, 1e6, " µs"),
     "gain_db": _number(-50, 100, " dB"),
     "white_balance_red": _number(0.01, 100),
