@@ -19,7 +19,7 @@ from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.walks import ClusterState
 from fieldcam.tui.aim_screen import AimScreen
-from fieldcam.tui.aim_telling import BEST, OUTSIDE, WORKING, aim_banner, range_bar
+from fieldcam.tui.aim_telling import BEST, OUTSIDE, WORKING, aim_banner, cue_lines, range_bar
 from fieldcam.tui.banner_view import GAP
 from fieldcam.tui.letters import big, shape
 from fieldcam.tui.remote import shutter_keys
@@ -76,7 +76,27 @@ def test_the_cue_says_what_to_do_next(sentence: str) -> None:
     assert len(big(banner.word)[0]) + len(GAP) + len(shape(banner.shape)[0]) <= COLUMNS
 
 
+LEARNING = replace(AIM, tag_id=None, next_tag=None, learning=True)
+NEW_TAGS: dict[str, Cue] = {
+    "Bring a tag into view: it joins the route.": Cue(None),
+    "Several tags are in view: show one of them.": Cue(None, (3, 17)),
+    "250 mm: go back a little.": replace(good_cue(17, 250.0), due=None),
+    "Tag 17: Space takes the picture, and it joins the route.": replace(good_cue(17), due=None),
+    "A new tag: no preview yet.": good_cue(17),
+}
+
+
+@pytest.mark.parametrize("sentence", NEW_TAGS)
+def test_a_new_cluster_is_aimed_at_as_a_known_one_is(sentence: str) -> None:
+    banner = aim_banner(LEARNING, NEW_TAGS[sentence], Automatic())
+    assert sentence in banner.sentence
+    found = [line.found for line in cue_lines(NEW_TAGS[sentence])]
+    assert "None" not in " ".join([banner.sentence, *found])
+    assert len(big(banner.word)[0]) + len(GAP) + len(shape(banner.shape)[0]) <= COLUMNS
+
+
 STATES: dict[str, WalkState] = {
+    "Taking a new tag: hold still.": replace(LEARNING, camera=CameraState.EXPOSING),
     "check its cable. It is found by itself.": replace(AIM, camera=CameraState.LOST),
     "Taking tag 12: hold still.": replace(AIM, camera=CameraState.EXPOSING),
     "No cluster of this route needs a picture.": replace(AIM, tag_id=None, next_tag=None),

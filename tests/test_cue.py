@@ -40,6 +40,19 @@ def test_only_the_due_tag_counts() -> None:
     assert cue_of(DUE, [tag(DUE), tag(DUE)], None, flash_ready=True).zone is None
 
 
+def test_where_none_is_due_any_one_tag_counts() -> None:
+    first = cue_of(None, [tag(17, 400.0)], None, flash_ready=True)
+    assert first.in_view and first.range_mm == 400.0
+    assert cue_of(None, [tag(17, 400.0)], first, flash_ready=True).ready
+    assert not cue_of(None, [tag(17), tag(3)], None, flash_ready=True).in_view
+    assert not cue_of(None, [], None, flash_ready=True).in_view
+
+
+def test_a_new_tag_is_not_taken_by_itself() -> None:
+    automatic = Automatic(on=True)
+    assert not automatic.may(replace(AIM, tag_id=None, learning=True))
+
+
 @pytest.mark.parametrize(
     ("moved_mm", "still"), [(0.0, True), (MOST_MOVED_MM, True), (MOST_MOVED_MM + 0.1, False)]
 )

@@ -209,7 +209,7 @@ def test_an_unplugged_head_is_found_again_by_its_serials_and_set_up_as_before(
 ) -> None:
     bench = Bench(tmp_path)
     with bench.opened(QUICK + "exposure_us = 250\ngain_db = 2\n") as head:
-        assert "taken for the left one" in head.notes[0]
+        assert "taken for the left camera" in head.notes[0]
         head.capture(DEADLINE_S)
         before = bench.cameras[0].settings.snapshot()
         bench.emulated.unplug()

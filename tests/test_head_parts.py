@@ -183,7 +183,7 @@ def test_unknown_eyes_are_ordered_by_serial_wherever_they_are_plugged_in() -> No
     for order in ("BA", "AB"):
         chosen, notes = choose(HeadSettings(), [attached(serial) for serial in order])
         assert [camera.names.serial for camera in chosen] == ["A", "B"]
-        assert "A is taken for the left one" in notes[0]
+        assert "A is taken for the left camera" in notes[0]
 
 
 @pytest.mark.parametrize(

@@ -26,8 +26,12 @@ class Automatic:
         self.on, self._right = not self.on, 0
 
     def may(self, state: WalkState) -> bool:
-        """Whether the cluster can still be taken by itself; one with a picture cannot."""
-        return state.tag_id not in self._fired and state.shown is None
+        """Whether the cluster can still be taken by itself.
+
+        One with a picture cannot, nor can a new one: its tag stays in view.
+        """
+        new = state.tag_id is None
+        return not new and state.tag_id not in self._fired and state.shown is None
 
     def pull(self, cue: Cue, state: WalkState) -> bool:
         """Whether to fire on this look."""

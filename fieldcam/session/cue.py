@@ -26,7 +26,7 @@ class Cue:
     """One look at the scene."""
 
     due: int | None
-    """The tag of the cluster where the operator stands."""
+    """The tag of the cluster where the operator stands; None: a new one is to be learned."""
     read: tuple[int, ...] = ()
     """All tags in view."""
     place_mm: tuple[float, float, float] | None = None
@@ -43,8 +43,8 @@ class Cue:
 
     @property
     def in_view(self) -> bool:
-        """The due tag is read, and only once."""
-        return self.read.count(self.due) == 1
+        """The due tag is read, and only once; where none is due, any one tag alone."""
+        return len(self.read) == 1 if self.due is None else self.read.count(self.due) == 1
 
     @property
     def zone(self) -> Zone | None:
@@ -66,7 +66,7 @@ class Cue:
 
 def cue_of(due: int | None, tags: Sequence[TagPose], before: Cue | None, flash_ready: bool) -> Cue:
     """The cue of the tags in view; `before` is that of the look before."""
-    poses = [tag for tag in tags if tag.id == due]
+    poses = [tag for tag in tags if due in (None, tag.id)]
     place_mm = poses[0].translation_mm if len(poses) == 1 else None
     last_mm = before.place_mm if before is not None and before.due == due else None
     moved_mm = None if last_mm is None or place_mm is None else dist(last_mm, place_mm)

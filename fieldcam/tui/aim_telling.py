@@ -27,17 +27,18 @@ class CueLine:
 
 def aim_banner(state: WalkState, cue: Cue | None, automatic: Automatic) -> Banner:
     """The one thing to do next."""
-    if state.tag_id is None:
+    if state.tag_id is None and not state.learning:
         return Banner("DONE", "tick", Tone.GOOD, "No cluster of this route needs a picture.")
     if state.camera is CameraState.EXPOSING:
-        return Banner("TAKING", "dots", Tone.BUSY, f"Taking tag {state.tag_id}: hold still.")
+        return Banner("TAKING", "dots", Tone.BUSY, f"Taking {_named(state.tag_id)}: hold still.")
     if state.camera is CameraState.LOST:
         usual = "The camera does not answer: check its cable. It is found by itself."
         sentence = state.camera_trouble or usual
         return Banner("CAMERA", "cross", Tone.BAD, sentence)
     if cue is None or cue.due != state.tag_id:
-        return Banner("WAIT", "dots", Tone.BUSY, f"Tag {state.tag_id}: no preview yet.")
-    return _of_cue(cue) or Banner("READY", "tick", Tone.GOOD, _ready(state, automatic))
+        waiting = f"{_named(state.tag_id).capitalize()}: no preview yet."
+        return Banner("WAIT", "dots", Tone.BUSY, waiting)
+    return _of_cue(cue) or Banner("READY", "tick", Tone.GOOD, _ready(state, cue, automatic))
 
 
 def cue_lines(cue: Cue | None) -> tuple[CueLine, ...]:
@@ -69,6 +70,8 @@ def automatic_line(state: WalkState, automatic: Automatic) -> str:
     """Whether it fires by itself here."""
     if not automatic.on:
         return "Automatic off: Space takes it."
+    if state.tag_id is None:
+        return "Automatic ON, but not for new tags: Space."
     if not automatic.may(state):
         return "Automatic ON, but this one was taken: Space."
     return "Automatic ON: fires when all is good."
@@ -78,6 +81,8 @@ def _of_cue(cue: Cue) -> Banner | None:
     """What is not right, the first thing first."""
     if cue.problem:
         return Banner("AIM", "dots", Tone.BUSY, f"{cue.problem} Space takes the picture.")
+    if cue.due is None:
+        return _of_new_tag(cue) or _of_place(cue)
     if not cue.read:
         return Banner("NO TAG", "query", Tone.ASK, f"Tag {cue.due} is due: bring it into view.")
     if cue.due not in cue.read:
@@ -85,6 +90,19 @@ def _of_cue(cue: Cue) -> Banner | None:
         return Banner("WRONG", "cross", Tone.BAD, f"Tag {seen} is in view, {cue.due} is due.")
     if not cue.in_view:
         return Banner("WRONG", "cross", Tone.BAD, f"Tag {cue.due} is in view twice.")
+    return _of_place(cue)
+
+
+def _of_new_tag(cue: Cue) -> Banner | None:
+    """Where a new cluster is to be learned."""
+    if not cue.read:
+        return Banner("NO TAG", "query", Tone.ASK, "Bring a tag into view: it joins the route.")
+    if not cue.in_view:
+        return Banner("WHICH", "query", Tone.ASK, "Several tags are in view: show one of them.")
+    return None
+
+
+def _of_place(cue: Cue) -> Banner | None:
     if cue.zone is Zone.NEAR:
         return Banner("NEAR", "cross", Tone.ASK, f"{_range(cue)}: go back a little.")
     if cue.zone is Zone.FAR:
@@ -96,17 +114,24 @@ def _of_cue(cue: Cue) -> Banner | None:
     return None
 
 
-def _ready(state: WalkState, automatic: Automatic) -> str:
+def _named(tag_id: int | None) -> str:
+    return "a new tag" if tag_id is None else f"tag {tag_id}"
+
+
+def _ready(state: WalkState, cue: Cue, automatic: Automatic) -> str:
+    if state.tag_id is None:
+        return f"Tag {cue.read[0]}: Space takes the picture, and it joins the route."
     if automatic.on and automatic.may(state):
         return f"Tag {state.tag_id}: hold it so, it fires by itself."
     return f"Tag {state.tag_id}: Space takes the picture."
 
 
 def _tag_line(cue: Cue) -> CueLine:
+    due = "" if cue.due is None else f", due {cue.due}"
     if cue.problem:
-        return CueLine("tag", f"not read, due {cue.due}", None)
+        return CueLine("tag", f"not read{due}", None)
     seen = " ".join(str(tag_id) for tag_id in cue.read) or "none"
-    return CueLine("tag", f"read {seen}, due {cue.due}", cue.in_view)
+    return CueLine("tag", f"read {seen}{due}", cue.in_view)
 
 
 def _range(cue: Cue) -> str:

@@ -98,8 +98,7 @@ def choose(
         return by_serial[:1], []
     left, right = (camera.names.serial for camera in by_serial[:2])
     sentence = (
-        f"camera.toml does not say which camera is which: {left} is taken for the left one and "
-        f"{right} for the right one, by their serial numbers."
+        f"{left} is taken for the left camera, {right} for the right one: camera.toml names none."
     )
     return by_serial[:2], [sentence]
 
