@@ -17,6 +17,7 @@ from emulated_head import DEADLINE_S, DISPARITY, HEIGHT, QUICK, WIDTH, Bench
 
 from fieldcam.camera.genapi import Registers
 from fieldcam.camera.head import eyes
+from fieldcam.camera.head.logs import camera_log
 from fieldcam.camera.usb3vision.bootstrap import ClockSample
 from fieldcam.camera.usb3vision.transport import TransferFault
 from fieldcam.errors import (
@@ -392,3 +393,22 @@ def test_endless_faults_of_the_link_end_in_an_error(tmp_path: Path) -> None:
                 head.capture(BRIEF_S)
         bench.cameras[0].faults.disarm(Fault.LINK_ERROR)
         assert_pair(head.capture(DEADLINE_S))
+
+
+def test_what_was_set_and_went_wrong_is_in_a_log_of_its_own(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    with camera_log(tmp_path / "logs"), bench.opened() as head:
+        bench.arm(Fault.DISCARDED)
+        with pytest.raises(FrameIncomplete):
+            head.capture(DEADLINE_S)
+    with bench.opened() as head:
+        head.capture(DEADLINE_S)
+    told = (tmp_path / "logs" / "camera.log").read_text()
+    for words in (
+        "'ExposureTime': 300.0",
+        "DeviceTemperature 38.5",
+        "FrameIncomplete",
+        "1 spoiled",
+    ):
+        assert words in told
+    assert told.count("was set up") == 2

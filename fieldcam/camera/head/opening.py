@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from fieldcam.camera.head.adjusting import Value, has
+from fieldcam.camera.head.adjusting import has
 from fieldcam.camera.head.assembly import Assembly, assembly, told_by_image
 from fieldcam.camera.head.eyes import EyeCamera
 from fieldcam.camera.head.plan import Part, setting_up
@@ -21,6 +22,8 @@ from fieldcam.camera.usb3vision.devices import (
 from fieldcam.camera.usb3vision.pairing import Eye
 from fieldcam.camera.usb3vision.transport import LinkSpeed
 from fieldcam.errors import CameraSettingsInvalid, CameraUnplugged
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +44,6 @@ class OpenHead:
     leader: EyeCamera
     """The camera that is triggered, and has the flash."""
     assembly: Assembly
-    applied: tuple[dict[str, Value], ...]
-    """Of each camera, what its features were set to, as it gave them back."""
     notes: tuple[str, ...]
     """A sentence for each thing that is not as it should be."""
 
@@ -69,14 +70,13 @@ def open_head(settings: HeadSettings, cache: Path, usb: Usb) -> OpenHead:
             eyes.append(_opened(usb.open(camera), cache))
             stack.callback(eyes[-1].close)
         carrying, leader = _carrying(settings, eyes), _leader(settings, eyes)
-        applied = []
         for eye in eyes:
             adjusted = eye.set_up(setting_up(settings, _part(eye, leader, len(eyes))))
-            applied.append(adjusted.values)
+            log.info("camera %s was set up: %s", eye.serial, adjusted.values)
             notes += [f"{lack} ({eye.serial})" for lack in adjusted.lacks]
             notes += _slow(eye)
         stack.pop_all()
-    return OpenHead(settings, tuple(eyes), leader, assembly(carrying), tuple(applied), tuple(notes))
+    return OpenHead(settings, tuple(eyes), leader, assembly(carrying), tuple(notes))
 
 
 def choose(
