@@ -81,6 +81,8 @@ class ToldCamera:
         return self.sight
 
     def watch_shutter(self, pressed: Callable[[], None]) -> None:
+        if not self.plugged:
+            raise CameraUnplugged("No camera answers.", "Plug it in.")
         self.press = pressed
 
     def close(self) -> None:

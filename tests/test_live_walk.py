@@ -10,6 +10,7 @@ import pytest
 from live_walks import Walked, read, walked
 
 from fieldcam.analysis.status import State, Status
+from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import AnalysisFailed, AnalysisOff, StorageFull
 from fieldcam.session.book import MOST_FRUITLETS
 from fieldcam.session.events import (
@@ -413,3 +414,19 @@ def test_when_all_is_done_it_is_said(walk: Walked) -> None:
     doubt, _ = walk.after(walk.live.shoot, Doubted)
     assert doubt.sentence.startswith("All clusters are done.")
     assert walk.camera.taken == 0
+
+
+def test_a_camera_that_goes_while_it_is_opened_is_given_back(
+    walk: Walked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = walk.camera.open
+
+    def open_and_lose() -> FlashStereoDevice:
+        camera = opened()
+        walk.camera.plugged = False
+        return camera
+
+    monkeypatch.setattr(walk.camera, "open", open_and_lose)
+    walk.start()
+    walk.live.close()
+    assert (walk.camera.opened, walk.camera.closed) == (1, 1)

@@ -119,7 +119,12 @@ class Shutter:
 
     def _open(self) -> FlashStereoDevice:
         camera = self._open_camera()
-        camera.watch_shutter(self._pressed)
+        try:
+            camera.watch_shutter(self._pressed)
+        except FieldcamError:
+            # Nobody else would give it back, and it could not be opened again.
+            camera.close()
+            raise
         self._camera = camera
         self._hear(None, CameraReady(self._missed, (*camera.notes, *self._uncalibrated())))
         self._missed = False

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
 
 from fieldcam.camera.genapi import NodeMap
 from fieldcam.camera.head.adjusting import Adjustment, adjust, has
 from fieldcam.camera.head.eyes import EyeCamera
 from fieldcam.camera.usb3vision.events import EventChannel
-from fieldcam.errors import DeviceError
+from fieldcam.errors import CameraRefused, DeviceError
 
 EVENT_WAIT_S = 0.1
 POLL_EVERY_S = 0.03
@@ -19,6 +19,8 @@ POLL_EVERY_S = 0.03
 BOUNCE_S = 0.3
 """A press within this time of the last one is the same press."""
 NOTIFICATION = "EventNotification"
+
+log = logging.getLogger(__name__)
 
 Pressed = Callable[[], bool]
 """Waits a little while; whether the button went down."""
@@ -46,12 +48,14 @@ class ShutterWatch:
 
     def _run(self) -> None:
         last_s = float("-inf")
-        # Whoever takes the next picture finds out what the matter is, and says so.
-        with suppress(DeviceError):
+        try:
             while not self._closing.is_set():
                 if self._went_down() and time.monotonic() - last_s > BOUNCE_S:
                     last_s = time.monotonic()
                     self._pressed()
+        except DeviceError as error:
+            # Whoever takes the next picture finds out what the matter is, and says so.
+            log.warning("the button is not watched any more: %s", error.message)
 
 
 def by_event(camera: EyeCamera, line: str) -> Pressed | None:
@@ -64,7 +68,10 @@ def by_event(camera: EyeCamera, line: str) -> Pressed | None:
     wanted = [Adjustment(NOTIFICATION, False, ("EventSelector", other)) for other in others]
     if adjust(features, [*wanted, Adjustment(NOTIFICATION, True, ("EventSelector", name))]).lacks:
         return None
-    channel.enable()
+    try:
+        channel.enable()
+    except CameraRefused:
+        return None
     return lambda: _event_came(channel)
 
 
