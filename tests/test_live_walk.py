@@ -206,6 +206,16 @@ def test_fewer_fruitlets_ask_one_question(later: Walked) -> None:
     assert (state.tag_id, state.missing) == (11, 2)
 
 
+def test_an_answer_that_bounces_marks_nothing_on_the_next_cluster(later: Walked) -> None:
+    later.start()
+    later.shoot(read(11, fruitlets=3, status=CONFIRM, code=ReasonCode.FEWER_THAN_BEFORE))
+    later.after(later.live.fallen, Done)
+    for bounce in (later.live.fallen, later.live.hidden):
+        refused, state = later.after(bounce, Refused)
+        assert refused.sentence == "There is no picture of this cluster yet."
+        assert (state.tag_id, state.marks) == (12, ())
+
+
 def test_the_fruitlet_of_the_list_is_marked(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(11, 3))
@@ -222,6 +232,7 @@ def test_the_fruitlet_of_the_list_is_marked(walk: Walked) -> None:
 
 def test_no_more_are_fallen_or_hidden_than_there_were(later: Walked) -> None:
     assert later.start().before == 5
+    later.shoot()
     for _ in range(5):
         later.after(later.live.hidden, Done)
     refused, state = later.after(later.live.fallen, Refused)
@@ -231,6 +242,7 @@ def test_no_more_are_fallen_or_hidden_than_there_were(later: Walked) -> None:
 
 def test_a_cluster_that_nobody_counted_has_a_bound_too(walk: Walked) -> None:
     walk.start()
+    walk.shoot()
     for _ in range(MOST_FRUITLETS):
         walk.live.hidden()
     assert "of a cluster" in walk.after(walk.live.hidden, Refused)[0].sentence
@@ -240,6 +252,7 @@ def test_the_same_fruitlets_are_not_counted_twice(later: Walked) -> None:
     """The next visit expects those that are hidden, once."""
     fewer = read(11, fruitlets=3, status=CONFIRM, code=ReasonCode.FEWER_THAN_BEFORE)
     later.start()
+    later.shoot()
     later.after(later.live.hidden, Done)
     later.shoot(fewer)
     done, _ = later.after(later.live.hidden, Done)

@@ -92,11 +92,10 @@ class WalkBook:
         `fruitlet` is the one that is chosen in the list; without a list it is one that
         no picture shows.
         """
-        tag_id = self._standing()
-        shown = self.view.shown(tag_id, self.view.route())
-        if shown is not None and self._missing(shown):
+        tag_id, shown = self._standing(), self._shown()
+        if self._missing(shown):
             return self._answered(answer, tag_id, shown)
-        if shown is not None and fruitlet is not None:
+        if fruitlet is not None:
             self._mark(shown, fruitlet, MARKS[answer])
             return f"Fruitlet {fruitlet} of tag {tag_id} marked {answer}."
         self._check_room(tag_id, shown)
@@ -271,10 +270,10 @@ class WalkBook:
         """Fruitlets of this cluster that were said to be fallen or hidden today."""
         return sum(mark.count for mark in self.view.marks(tag_id))
 
-    def _check_room(self, tag_id: int, shown: Shown | None) -> None:
+    def _check_room(self, tag_id: int, shown: Shown) -> None:
         """No more are fallen or hidden than the cluster had."""
         before, marked = self.view.expectation(tag_id).fruitlets, self._marked(tag_id)
-        seen = 0 if shown is None else shown.living or 0
+        seen = shown.living or 0
         if marked + seen >= (MOST_FRUITLETS if before is None else before):
             had = f"of the {before} last visit" if before is not None else "of a cluster"
             raise NotNow(f"No more: {marked + seen} {had} are seen or marked already.")
