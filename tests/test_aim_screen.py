@@ -99,7 +99,7 @@ STATES: dict[str, WalkState] = {
     "Taking a new tag: hold still.": replace(LEARNING, camera=CameraState.EXPOSING),
     "check its cable. It is found by itself.": replace(AIM, camera=CameraState.LOST),
     "Taking tag 12: hold still.": replace(AIM, camera=CameraState.EXPOSING),
-    "No cluster of this route needs a picture.": replace(AIM, tag_id=None, next_tag=None),
+    "Skipped: tag 22. O goes there.": replace(AIM, tag_id=None, next_tag=None),
 }
 
 

@@ -423,7 +423,19 @@ def test_when_all_is_done_it_is_said(walk: Walked) -> None:
     _, state = walk.after(walk.live.skip, Done)
     assert (state.tag_id, state.next_tag) == (None, None)
     refused, _ = walk.after(walk.live.accept, Refused)
-    assert refused.sentence.startswith("All clusters are done.")
+    assert refused.sentence.startswith("Skipped: tags 11, 12, 21, 22.")
+    doubt, _ = walk.after(walk.live.shoot, Doubted)
+    assert doubt.sentence == (
+        "Skipped: tags 11, 12, 21, 22. Take one that the route does not have?"
+    )
+    assert walk.camera.taken == 0
+
+
+def test_all_clusters_are_done_where_all_were_accepted(walk: Walked) -> None:
+    walk.store.append(Route(walk.made.block, walk.made.tags))
+    for tag_id in walk.made.tags:
+        walk.made.accept(walk.visit, tag_id)
+    assert walk.start().tag_id is None
     doubt, _ = walk.after(walk.live.shoot, Doubted)
     assert doubt.sentence.startswith("All clusters are done.")
     assert walk.camera.taken == 0

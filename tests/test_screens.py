@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from live_walks import read
-from made_states import AIM, shown_with, verdict
+from made_states import AIM, ROUTE, shown_with, verdict
 from screens import LARGE, SMALL, Driven, check_golden, drive
 from textual.color import Color
 from textual.widgets import Input
@@ -28,6 +28,7 @@ from fieldcam.session.events import (
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.judgement_rows import Action
+from fieldcam.store.walks import ClusterState
 from fieldcam.tui.letters import BLOCK
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.sound import Tune
@@ -100,7 +101,7 @@ def test_states_without_a_verdict(size: tuple[int, int], tmp_path: Path) -> None
         "Tag 12: aim, press Space. Last visit it had 5 fruitlets.": AIM,
         "Taking tag 12: hold still.": replace(AIM, camera=CameraState.EXPOSING),
         "The camera does not answer": replace(AIM, camera=CameraState.LOST),
-        "No cluster of this route": replace(AIM, tag_id=None, next_tag=None, progress=None),
+        "Skipped: tag 22. O goes there": replace(AIM, tag_id=None, next_tag=None, progress=None),
         "Saved. It is being read": saved,
         "The analysis is off": replace(saved, analysis=AnalysisStatus(State.STOPPED)),
         "Saved, but: It hung.": replace(AIM, shown=shown_with(tmp_path, failure="It hung.")),
@@ -109,6 +110,31 @@ def test_states_without_a_verdict(size: tuple[int, int], tmp_path: Path) -> None
     }
     for expected, text in zip(words, screens_of(size, *words.values()), strict=True):
         assert expected in text
+
+
+def ended(*states: ClusterState) -> WalkState:
+    """No cluster is due; the route's clusters are in these states."""
+    pairs = zip(ROUTE.stops, states, strict=True)
+    stops = tuple(replace(stop, state=state) for stop, state in pairs)
+    route = replace(ROUTE, stops=stops)
+    return replace(AIM, tag_id=None, next_tag=None, progress=None, route=route)
+
+
+@SIZES
+def test_all_is_done_only_where_nothing_was_left_out(size: tuple[int, int]) -> None:
+    done, skipped = ClusterState.ACCEPTED, ClusterState.SKIPPED
+    undecided = ClusterState.UNDECIDED
+    left_out, kept, not_decided = screens_of(
+        size,
+        ended(done, skipped, done, done),
+        ended(*[done] * 4),
+        ended(skipped, undecided, skipped, done),
+    )
+    assert "Skipped: tag 12. O goes there." in left_out and "3/4 taken, 1 skipped" in left_out
+    assert "No cluster of this route needs a picture." in kept and "4/4 taken" in kept
+    assert "skipped" not in kept
+    assert "Skipped: tags 11, 21. Not decided: tag 12." in not_decided
+    assert "2/4 taken, 2 skipped" in not_decided
 
 
 def test_the_last_numbers_go_while_a_picture_is_taken(tmp_path: Path) -> None:

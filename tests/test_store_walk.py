@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from made_readings import TAG, made_reading
 from stored_walks import FIRST_DAY, MadeWalk, SteppingClock, raw_pair, small_store
 
 from fieldcam.store.blocks import blocks, settings, sprays, visits
@@ -23,11 +25,11 @@ from fieldcam.store.judgement_rows import (
     TargetCorrection,
 )
 from fieldcam.store.orchard_rows import BlockSetting, Cluster, Route, Setting, Spray
-from fieldcam.store.readings import accepted_readings, stored_reading
+from fieldcam.store.readings import accepted_readings, reading_row, stored_reading
 from fieldcam.store.resuming import last_undoable, resume, waiting_for_analysis
 from fieldcam.store.walk_rows import AnalysisFailure, Event, EventKind
 from fieldcam.store.walks import ClusterState, Progress, expectation, walk_route
-from fieldcam.values import Expectation
+from fieldcam.values import Expectation, Status, Verdict
 
 
 @pytest.fixture
@@ -132,6 +134,21 @@ def test_an_accepted_picture_counts_for_the_tag_that_it_shows(walk: MadeWalk) ->
     assert {s.tag_id: s.state for s in route.stops if s.state is not ClusterState.TODO} == {
         11: ClusterState.ACCEPTED
     }
+
+
+def test_a_picture_whose_verdict_is_retake_is_not_taken(walk: MadeWalk) -> None:
+    visit = walk.visit()
+    capture = walk.take(visit, 11).key
+    blurred = made_reading(verdict=Verdict(Status.RETAKE), tag=replace(TAG, id=11))
+    walk.store.append(reading_row(capture, blurred, 400.0))
+    walk.take(visit, 12)
+    walk.store.append(Skip(visit, 21))
+    route = walk_route(walk.store.database, visit)
+    assert (route.taken, route.skipped, route.next_tag(12)) == (1, 1, 22)
+    walk.store.append(Skip(visit, 22))
+    assert walk_route(walk.store.database, visit).next_tag(22) == 11
+    walk.store.append(Decision(capture, Action.ACCEPT))
+    assert walk_route(walk.store.database, visit).next_tag(22) is None
 
 
 def test_the_route_is_the_planned_order_and_then_what_was_learned(walk: MadeWalk) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from fieldcam.session.doubt import Doubtful, NotNow
 from fieldcam.session.learning import new_cluster, tree_after
+from fieldcam.session.left_over import left_over
 from fieldcam.session.shutter import Shot
 from fieldcam.session.state import Shown, Stage, missing
 from fieldcam.session.viewing import WalkView, is_learning
@@ -61,7 +62,7 @@ class WalkBook:
     def _shot_of_any_tag(self, shown: Shown | None, insist: bool) -> Shot:
         """Which cluster it is will be read; it takes the place of a picture that shows no tag."""
         if not insist and not self._learning:
-            raise Doubtful("All clusters are done. Take one that the route does not have?")
+            raise Doubtful(f"{self._nothing_due()} Take one that the route does not have?")
         again = shown is not None and shown.stage is not Stage.ANALYSING
         return Shot(Expectation(), retake_of=shown.id if shown is not None and again else None)
 
@@ -221,7 +222,10 @@ class WalkBook:
             raise NotNow("Which tag this picture shows is not known yet: T says it, R retakes.")
         if self._learning:
             raise NotNow("Take a picture first: its tag joins the route.")
-        raise NotNow("All clusters are done. Choose one on the route to go back to it.")
+        raise NotNow(f"{self._nothing_due()} Choose one on the route to go back to it.")
+
+    def _nothing_due(self) -> str:
+        return left_over(self.view.route()) or "All clusters are done."
 
     def _shown(self) -> Shown:
         shown = self.view.shown(self.view.standing(), self.view.route())

@@ -12,7 +12,7 @@ from sqlite_utils import Database
 from fieldcam.store.connection import rows
 from fieldcam.store.lookups import row_of
 from fieldcam.store.rows import EntryId
-from fieldcam.values import Expectation
+from fieldcam.values import Expectation, Status
 
 
 class ClusterState(StrEnum):
@@ -24,13 +24,15 @@ class ClusterState(StrEnum):
     UNDECIDED = "undecided"
     """Analysed; the operator has not decided."""
     RETAKE = "retake"
-    """To be taken again."""
+    """To be taken again: the operator said so, or the verdict and the operator has not decided."""
     ACCEPTED = "accepted"
     SKIPPED = "skipped"
 
 
 OPEN_STATES = (ClusterState.TODO, ClusterState.RETAKE)
 """States in which a cluster still needs a picture."""
+TAKEN_STATES = (ClusterState.WAITING, ClusterState.UNDECIDED, ClusterState.ACCEPTED)
+"""States in which a cluster has its picture."""
 SETTLED_STATES = (ClusterState.ACCEPTED, ClusterState.SKIPPED)
 """States in which nothing is left to do or to decide."""
 
@@ -68,6 +70,16 @@ class WalkRoute:
     stops: tuple[Stop, ...]
     planned: bool = False
     """Its order was given; else it is what was learned by walking."""
+
+    @property
+    def taken(self) -> int:
+        """How many clusters have a picture that need not be taken again."""
+        return sum(stop.state in TAKEN_STATES for stop in self.stops)
+
+    @property
+    def skipped(self) -> int:
+        """How many clusters are left out on this visit."""
+        return sum(stop.state is ClusterState.SKIPPED for stop in self.stops)
 
     @property
     def settled(self) -> bool:
@@ -175,7 +187,8 @@ def _after_its_tree(places: list[dict[str, Any]], tree: EntryId | None) -> int:
 def _captures_by_tag(database: Database, visit: EntryId) -> dict[int, list[dict[str, Any]]]:
     found = rows(
         database,
-        "SELECT id, tag_id, action, reading, turn FROM capture_now"
+        "SELECT id, tag_id, action, reading, turn,"
+        " (SELECT status FROM reading WHERE id = capture_now.reading) AS status FROM capture_now"
         " WHERE visit = ? AND tag_id IS NOT NULL AND action IS NOT 'discard' ORDER BY turn",
         visit,
     )
@@ -200,6 +213,6 @@ def _state(taken: list[dict[str, Any]], skipped_turn: int) -> ClusterState:
     last = taken[-1]
     if last["action"] == "accept":
         return ClusterState.ACCEPTED
-    if last["action"] == "retake":
+    if last["action"] == "retake" or last["status"] == Status.RETAKE:
         return ClusterState.RETAKE
     return ClusterState.UNDECIDED if last["reading"] else ClusterState.WAITING

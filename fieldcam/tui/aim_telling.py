@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fieldcam.session.automatic import Automatic
 from fieldcam.session.cue import Cue, Zone
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.tui.telling import Banner, Tone
+from fieldcam.tui.telling import Banner, Tone, all_done
 from fieldcam.values import BEST_RANGE_MM, FARTHEST_MM, NEAREST_MM
 
 SHOWN_MM = (200.0, 700.0)
@@ -28,7 +28,7 @@ class CueLine:
 def aim_banner(state: WalkState, cue: Cue | None, automatic: Automatic) -> Banner:
     """The one thing to do next."""
     if state.tag_id is None and not state.learning:
-        return Banner("DONE", "tick", Tone.GOOD, "No cluster of this route needs a picture.")
+        return all_done(state)
     if state.camera is CameraState.EXPOSING:
         return Banner("TAKING", "dots", Tone.BUSY, f"Taking {_named(state.tag_id)}: hold still.")
     if state.camera is CameraState.LOST:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from fieldcam.analysis.status import State
+from fieldcam.session.left_over import left_over
 from fieldcam.session.state import CameraState, Shown, Stage, WalkState
 from fieldcam.store.judgement_rows import Action
-from fieldcam.store.walks import OPEN_STATES
 from fieldcam.values import ReasonCode, Status
 from fieldcam.words import number_of
 
@@ -67,10 +67,7 @@ def banner(state: WalkState) -> Banner:
         what = "a new tag" if state.tag_id is None else f"tag {state.tag_id}"
         return Banner("TAKING", "dots", Tone.BUSY, f"Taking {what}: hold still.")
     if state.tag_id is None and state.shown is None and not state.learning:
-        sentence = "No cluster of this route needs a picture. Q ends the walk."
-        if state.simulated:
-            sentence += " Started again, the demo goes on with its next day."
-        return Banner("ALL DONE", "tick", Tone.GOOD, sentence)
+        return all_done(state)
     if state.shown is None:
         return _before_the_picture(state)
     if state.shown.record.action is Action.ACCEPT:
@@ -81,6 +78,16 @@ def banner(state: WalkState) -> Banner:
     if state.shown.stage is Stage.READ:
         return _verdict(state, state.shown)
     return _without_reading(state, state.shown)
+
+
+def all_done(state: WalkState) -> Banner:
+    """Where no cluster is due: whether something was left out."""
+    if rest := left_over(state.route):
+        return Banner("DONE", "query", Tone.ASK, f"{rest} O goes there. Q ends the walk.")
+    sentence = "No cluster of this route needs a picture. Q ends the walk."
+    if state.simulated:
+        sentence += " Started again, the demo goes on with its next day."
+    return Banner("ALL DONE", "tick", Tone.GOOD, sentence)
 
 
 def not_saved(sentence: str) -> Banner:
@@ -98,21 +105,21 @@ def lights(shown: Shown | None) -> tuple[Light, ...]:
 
 def progress(state: WalkState) -> str:
     """Where the walk is, in one line."""
-    stops = state.route.stops
-    done = sum(stop.state not in OPEN_STATES for stop in stops)
+    route = state.route
     parts = [] if state.tag_id is None else [f"tag {state.tag_id}"]
     if (at := state.progress) is not None:
         parts.append(f"tree {at.tree}/{at.trees}, cluster {at.cluster}/{at.clusters}")
     elif state.learning and state.tree:
         parts.append(f"tree {state.tree}")
-    parts.append(f"taken {done}/{len(stops)}")
+    skipped = f", {route.skipped} skipped" if route.skipped else ""
+    parts.append(f"{route.taken}/{len(route.stops)} taken{skipped}")
     if state.next_tag not in (None, state.tag_id):
-        parts.append(f"next tag {state.next_tag}")
+        parts.append(f"next {state.next_tag}")
     if state.waiting:
         parts.append(f"{state.waiting} to read")
     if state.seconds_per_cluster is not None:
         parts.append(f"{state.seconds_per_cluster:.0f} s a cluster")
-    return "   ".join(parts)
+    return "  ".join(parts)
 
 
 def counted(state: WalkState) -> str:
