@@ -11,7 +11,7 @@ from live_walks import Walked, read, walked
 
 from fieldcam.analysis.status import State, Status
 from fieldcam.camera.port import FlashStereoDevice
-from fieldcam.errors import AnalysisFailed, AnalysisOff, StorageFull
+from fieldcam.errors import AnalysisFailed, AnalysisOff, AnalysisTimeout, StorageFull
 from fieldcam.session.book import MOST_FRUITLETS
 from fieldcam.session.events import (
     AnalysisTrouble,
@@ -153,9 +153,22 @@ def test_a_failed_analysis_keeps_the_picture(walk: Walked) -> None:
     assert trouble.error.message == "The analysis ended in the middle."
     assert state.shown is not None
     assert (state.shown.stage, state.shown.failure) == (Stage.FAILED, trouble.error.message)
+    assert (state.waiting, state.failed) == (0, 1)
     doubt, _ = walk.after(walk.live.accept, Doubted)
     _, state = walk.after(doubt.insist, Done)
     assert state.tag_id == 12
+
+
+def test_a_picture_that_was_not_read_in_time_has_a_second_try(walk: Walked) -> None:
+    walk.start()
+    late = AnalysisTimeout("The analysis did not answer.")
+    state = walk.shoot(late)
+    assert (state.waiting, state.failed) == (1, 0)
+    walk.analysis.waiting[0].set_exception(late)
+    trouble = walk.heard.next(AnalysisTrouble)
+    assert trouble.error is late
+    state = walk.heard.next(Changed).state
+    assert (state.waiting, state.failed, len(walk.analysis.asked)) == (0, 1, 2)
 
 
 def test_pictures_wait_for_an_analysis_that_is_off(walk: Walked) -> None:

@@ -103,8 +103,17 @@ def test_states_without_a_verdict(size: tuple[int, int], tmp_path: Path) -> None
         "The camera does not answer": replace(AIM, camera=CameraState.LOST),
         "Skipped: tag 22. O goes there": replace(AIM, tag_id=None, next_tag=None, progress=None),
         "Saved. It is being read": saved,
-        "The analysis is off": replace(saved, analysis=AnalysisStatus(State.STOPPED)),
-        "Saved, but: It hung.": replace(AIM, shown=shown_with(tmp_path, failure="It hung.")),
+        "The analysis is off: I then R starts it again. It died.": replace(
+            saved, analysis=AnalysisStatus(State.STOPPED, last_error="It died.")
+        ),
+        "The analysis starts again and then reads it": replace(
+            saved, analysis=AnalysisStatus(State.RESTARTING)
+        ),
+        "1 to read, analysis off": replace(AIM, waiting=1, analysis=AnalysisStatus(State.STOPPED)),
+        "1 skipped  1 not read  next 21": replace(AIM, failed=1),
+        "Not read: It hung. I then R reads it again.": replace(
+            AIM, shown=shown_with(tmp_path, failure="It hung.")
+        ),
         "Tag 12 was accepted.": decided(tmp_path, Action.ACCEPT),
         "Take tag 12 again": decided(tmp_path, Action.RETAKE),
     }

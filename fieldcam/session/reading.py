@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Protocol
 
 from fieldcam.analysis.status import Status
-from fieldcam.errors import AnalysisOff, FieldcamError
+from fieldcam.errors import AnalysisOff, AnalysisTimeout, FieldcamError
 from fieldcam.session.events import AnalysisTrouble, Listener, VerdictReady
 from fieldcam.session.learning import learned
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.readings import reading_row
+from fieldcam.store.rows import EntryId
 from fieldcam.store.walk_rows import AnalysisFailure
 from fieldcam.values import ClusterReading, Expectation, TagPose
 
@@ -56,6 +57,8 @@ class Readings:
     tell: Listener
     completed: Callable[[SavedCapture], SavedCapture | None] = lambda saved: saved
     """Gives a picture what else its reading needs; None: it waits for that."""
+    _late: set[EntryId] = field(default_factory=set)
+    """Pictures that were not read in time once."""
 
     def submit(
         self, saved: SavedCapture, expectation: Expectation, urgent: bool, again: bool = False
@@ -92,6 +95,11 @@ class Readings:
         except AnalysisOff:
             return  # it has not failed, it waits; that the analysis is off is in its status
         except FieldcamError as error:
+            if isinstance(error, AnalysisTimeout) and saved.key not in self._late:
+                # A busy machine may have been to blame, so once more after all that wait.
+                self._late.add(saved.key)
+                self._submit(saved, expectation, urgent=False, again=False)
+                return
             failure = AnalysisFailure(saved.key, type(error).__name__, error.message)
             self.view.store.append(failure)
             self.tell(AnalysisTrouble(saved, expectation.tag_id, error))

@@ -109,7 +109,9 @@ class WalkState:
     seconds_per_cluster: float | None = None
     free_bytes: int = 0
     waiting: int = 0
-    """Saved pictures of this visit without a reading."""
+    """Saved pictures of this visit that are to be read."""
+    failed: int = 0
+    """Those that could not be read; the operator may have them read again."""
     camera: CameraState = CameraState.READY
     camera_trouble: str = ""
     """Why the camera is lost, and what to do, in the camera's own words."""

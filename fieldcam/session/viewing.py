@@ -22,6 +22,7 @@ from fieldcam.store.readings import stored_reading
 from fieldcam.store.resuming import (
     Waiting,
     capture_without_tag,
+    count_failed,
     count_unread,
     standing_at,
     waiting_for_analysis,
@@ -90,6 +91,7 @@ class VisitView:
             seconds_per_cluster=visit_times(database, self.visit).median_s,
             free_bytes=self.store.space.free_bytes,
             waiting=count_unread(database, self.visit),
+            failed=count_failed(database, self.visit),
         )
 
     def unread_of_block(self) -> list[tuple[Waiting, Expectation]]:

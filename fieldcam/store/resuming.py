@@ -100,10 +100,22 @@ _LAST_TURN = (
 _UNREAD = "FROM capture_now WHERE reading IS NULL AND action IS NOT 'discard'"
 
 
+_FAILED = "EXISTS (SELECT 1 FROM analysis_failure WHERE capture = capture_now.id)"
+
+
 def count_unread(database: Database, visit: EntryId) -> int:
-    """How many pictures of a visit wait for their analysis."""
-    found = rows(database, f"SELECT count(*) AS waiting {_UNREAD} AND visit = ?", visit)
-    return int(found[0]["waiting"])
+    """How many pictures of a visit wait for their analysis; those on which it failed do not."""
+    return _count(database, f"{_UNREAD} AND visit = ? AND NOT {_FAILED}", visit)
+
+
+def count_failed(database: Database, visit: EntryId) -> int:
+    """How many pictures of a visit could not be read and are not to be taken again."""
+    wanted = "action IS NOT 'retake'"
+    return _count(database, f"{_UNREAD} AND visit = ? AND {wanted} AND {_FAILED}", visit)
+
+
+def _count(database: Database, which: str, visit: EntryId) -> int:
+    return int(rows(database, f"SELECT count(*) AS pictures {which}", visit)[0]["pictures"])
 
 
 def waiting_for_analysis(database: Database) -> tuple[Waiting, ...]:

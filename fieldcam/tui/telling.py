@@ -59,6 +59,7 @@ LIGHTS = {
     ),
 }
 NOT_SAVED = "NOT SAVED"
+READ_AGAIN = "I then R reads it again."
 
 
 def banner(state: WalkState) -> Banner:
@@ -113,10 +114,13 @@ def progress(state: WalkState) -> str:
         parts.append(f"tree {state.tree}")
     skipped = f", {route.skipped} skipped" if route.skipped else ""
     parts.append(f"{route.taken}/{len(route.stops)} taken{skipped}")
+    if state.waiting:
+        off = ", analysis off" if state.analysis.state is State.STOPPED else ""
+        parts.append(f"{state.waiting} to read{off}")
+    if state.failed:
+        parts.append(f"{state.failed} not read")
     if state.next_tag not in (None, state.tag_id):
         parts.append(f"next {state.next_tag}")
-    if state.waiting:
-        parts.append(f"{state.waiting} to read")
     if state.seconds_per_cluster is not None:
         parts.append(f"{state.seconds_per_cluster:.0f} s a cluster")
     return "  ".join(parts)
@@ -171,9 +175,13 @@ def _verdict(state: WalkState, shown: Shown) -> Banner:
 
 def _without_reading(state: WalkState, shown: Shown) -> Banner:
     if shown.stage is Stage.FAILED:
-        return Banner("NO SIZES", "query", Tone.ASK, f"Saved, but: {shown.failure}")
+        return Banner("NO SIZES", "query", Tone.ASK, f"Not read: {shown.failure} {READ_AGAIN}")
     if state.uncalibrated:
         return Banner("SAVED", "dots", Tone.ASK, state.uncalibrated)
     if state.analysis.state is State.STOPPED:
-        return Banner("SAVED", "dots", Tone.ASK, "Saved. The analysis is off; walk on.")
+        sentence = f"The analysis is off: I then R starts it again. {state.analysis.last_error}"
+        return Banner("SAVED", "dots", Tone.ASK, sentence.rstrip())
+    if state.analysis.state is State.RESTARTING:
+        sentence = "Saved. The analysis starts again and then reads it; you may walk on."
+        return Banner("SAVED", "dots", Tone.BUSY, sentence)
     return Banner("SAVED", "dots", Tone.BUSY, "Saved. It is being read; you may walk on.")
