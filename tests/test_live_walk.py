@@ -243,6 +243,15 @@ def test_the_fruitlet_of_the_list_is_marked(walk: Walked) -> None:
         assert told(after) == told(state)
 
 
+def test_a_fruitlet_is_struck_out_once(walk: Walked) -> None:
+    walk.start()
+    walk.shoot(read(11, 3))
+    walk.after(lambda: walk.live.strike(1), Done)
+    refused, state = walk.after(lambda: walk.live.strike(1), Refused)
+    assert refused.sentence == "Already struck out."
+    assert state.shown is not None and state.shown.living == 2
+
+
 def test_no_more_are_fallen_or_hidden_than_there_were(later: Walked) -> None:
     assert later.start().before == 5
     later.shoot()

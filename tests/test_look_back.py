@@ -325,3 +325,4 @@ def test_what_needs_a_hand_is_marked() -> None:
     ]
     assert not any(fact.bad for fact in good)
     assert good[3].text == "no battery"
+    assert good[5].text == "fits: -0.5% off; -0.5% is usual, as white grows into black"

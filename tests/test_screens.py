@@ -27,7 +27,7 @@ from fieldcam.session.events import (
 )
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.judgement_rows import Action
+from fieldcam.store.judgement_rows import Action, MarkKind
 from fieldcam.store.walks import ClusterState
 from fieldcam.tui.letters import BLOCK
 from fieldcam.tui.sizes_view import SizesView
@@ -161,6 +161,20 @@ def test_a_struck_fruitlet_is_marked(tmp_path: Path) -> None:
     assert "1  struck out" in text and "4 fruitlets, last visit 5" in text
 
 
+def test_bars_begin_below_each_other(tmp_path: Path) -> None:
+    shown = shown_with(tmp_path, read(12, 7))
+    reading = shown.record.reading
+    assert reading is not None
+    king, *others = reading.fruitlets
+    crowned = (replace(king, marks=(MarkKind.KING,)), *others)
+    record = replace(shown.record, reading=replace(reading, fruitlets=crowned))
+    text = screen_of(LARGE, replace(AIM, shown=replace(shown, record=record)))
+    bars = [line for line in text.splitlines() if " mm " in line and BLOCK in line]
+    assert len(bars) == 7 and "king" in bars[0]
+    assert len({line.index(BLOCK, line.index(" mm ")) for line in bars}) == 1
+    assert "7 fruitlets, 2 more than last visit" in text
+
+
 def test_warnings_about_the_tag_are_said(tmp_path: Path) -> None:
     wrong = verdict(tmp_path, Status.RETAKE, ReasonCode.WRONG_TAG)
     text = screen_of(SMALL, replace(wrong, warnings=("Tag 11 is done already.",)))
@@ -238,6 +252,16 @@ def test_a_note_and_a_tag_are_typed(tmp_path: Path) -> None:
     assert drive(SMALL, script).walk.asked == [("note", "a leaf"), ("correct_tag", 21)]
 
 
+def test_a_tag_is_not_asked_for_without_a_picture() -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(AIM)
+        await driven.press("t")
+        assert "There is no picture of this cluster yet." in driven.text
+        assert not driven.app.screen.query(Input)
+
+    drive(SMALL, script)
+
+
 @SIZES
 def test_big_buttons_do_what_their_keys_do(size: tuple[int, int], tmp_path: Path) -> None:
     async def script(driven: Driven) -> None:
@@ -277,6 +301,16 @@ def test_the_route_goes_to_any_cluster() -> None:
         assert "aim, press Space" in driven.text
 
     assert drive(SMALL, script).walk.asked == [("go_to", 22)]
+
+
+def test_the_route_has_a_cursor_where_no_cluster_is_due() -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(ended(*[ClusterState.ACCEPTED] * 4))
+        await driven.press("o", "enter", "o", "down", "enter", "o", "left", "enter")
+        assert "There is no cluster here: arrows choose one." in driven.text
+        assert "cluster 1" in driven.text
+
+    assert drive(SMALL, script).walk.asked == [("go_to", 11), ("go_to", 21)]
 
 
 def test_what_was_not_saved_stays_until_something_is() -> None:

@@ -108,8 +108,10 @@ def test_a_block_is_counted_by_day(walk: MadeWalk) -> None:
     walk.take(visit, 12)
     walk.accept(later, 12, 1)
     walk.visit(3)
+    replaced = walk.take(visit, 12).key
+    walk.store.save(raw_pair(99), visit=visit, tag_expected=12, retake_of=replaced)
     day, second = block_days(walk.store.database, walk.block)
-    assert (day.accepted, day.retaken, day.skipped, day.unread) == (2, 1, 1, 1)
+    assert (day.accepted, day.retaken, day.skipped, day.unread) == (2, 1, 1, 3)
     assert day.sizes_mm == (9.0, 9.0, 10.0, 10.0, 11.0, 12.0)
     assert (second.accepted, second.sizes_mm) == (1, (9.0,))
     assert day.times.duration_s is not None and day.times.duration_s > 0

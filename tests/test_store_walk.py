@@ -302,6 +302,26 @@ def test_seconds_per_cluster_survive_a_clock_set_back_a_year(tmp_path: Path) -> 
     assert times.median_s == 30.0
 
 
+def test_pauses_are_no_work(tmp_path: Path) -> None:
+    clock = SteppingClock()
+    walk = MadeWalk(small_store(tmp_path, clock))
+    visit = walk.visit()
+    for tag_id in walk.tags:
+        if tag_id == 21:
+            clock.wall += timedelta(hours=1)
+            clock.boot = "next"
+        walk.accept(visit, tag_id)
+    times = visit_times(walk.store.database, visit)
+    assert [round(c.since_last_s or 0) > 3600 for c in times.clusters] == [
+        False,
+        False,
+        True,
+        False,
+    ]
+    assert times.median_s is not None and times.median_s < 60
+    assert times.duration_s is not None and times.duration_s < 300
+
+
 def test_blocks_settings_and_sprays(walk: MadeWalk) -> None:
     database, block = walk.store.database, walk.block
     visit = walk.visit()

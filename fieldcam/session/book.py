@@ -262,9 +262,12 @@ class WalkBook:
         return f"Tag {tag_id} accepted, {missing} {answer}{known}."
 
     def _mark(self, shown: Shown, fruitlet: int, kind: MarkKind) -> None:
-        seen = next((s for s in shown.target if s.id == fruitlet and s.living), None)
+        seen = next((s for s in shown.target if s.id == fruitlet), None)
         if shown.record.reading is None or seen is None:
             raise NotNow("Choose a fruitlet of the list first.")
+        if not seen.living:
+            gone = "marked fallen" if MarkKind.FALLEN in seen.marks else "struck out"
+            raise NotNow(f"Already {gone}.")
         if kind in seen.marks:
             raise NotNow(f"Fruitlet {fruitlet} is marked {kind} already.")
         mark = FruitletMark.on_fruitlet(kind, shown.record.reading.id, fruitlet)

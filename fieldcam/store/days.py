@@ -57,7 +57,7 @@ class BlockDay:
     accepted: int
     """Clusters."""
     retaken: int
-    """Pictures that were taken once more."""
+    """Pictures that the operator wanted taken again."""
     skipped: int
     """Clusters."""
     unread: int
@@ -105,7 +105,7 @@ def _block_day(database: Database, visit: EntryId, day: date) -> BlockDay:
         day=day,
         sizes_mm=tuple(sorted(size for r in readings if r is not None for size in r.sizes_mm)),
         accepted=len(accepted),
-        retaken=sum(record.retake_of is not None for record in pictures),
+        retaken=sum(record.action is Action.RETAKE for record in pictures),
         skipped=states.count(ClusterState.SKIPPED),
         unread=sum(p.reading is None and p.action is not Action.DISCARD for p in pictures),
         times=visit_times(database, visit),

@@ -13,6 +13,9 @@ from fieldcam.store.clock import Moment, seconds_between
 from fieldcam.store.connection import rows
 from fieldcam.store.rows import EntryId
 
+LONGEST_S = 300.0
+"""Between two acceptances; more is a pause, or the app was closed."""
+
 
 @dataclass(frozen=True, slots=True)
 class ClusterTime:
@@ -31,12 +34,13 @@ class VisitTimes:
 
     clusters: tuple[ClusterTime, ...]
     duration_s: float | None = None
-    """From the first shutter to the last acceptance."""
+    """From the first shutter to the last acceptance, less the pauses in between."""
 
     @property
     def median_s(self) -> float | None:
-        """Seconds per cluster, walking included; robust against a rest in the shade."""
-        known = [c.since_last_s for c in self.clusters if c.since_last_s is not None]
+        """Seconds per cluster, walking included and pauses left out."""
+        times = (c.since_last_s for c in self.clusters)
+        known = [time_s for time_s in times if time_s is not None and not is_pause(time_s)]
         return median(known) if known else None
 
 
@@ -54,7 +58,15 @@ def visit_times(database: Database, visit: EntryId) -> VisitTimes:
         before = moment
     first = next(iter(first_shutter.values()), None)
     duration = None if first is None or before is None else seconds_between(first, before)
+    if duration is not None:
+        times = (cluster.since_last_s or 0.0 for cluster in clusters)
+        duration -= sum(time_s for time_s in times if is_pause(time_s))
     return VisitTimes(tuple(clusters), duration)
+
+
+def is_pause(time_s: float) -> bool:
+    """Whether it is too long to be work at one cluster."""
+    return time_s > LONGEST_S
 
 
 def _accepted(database: Database, visit: EntryId) -> dict[int, Moment]:

@@ -13,6 +13,7 @@ from textual.widgets.option_list import Option
 
 from fieldcam.session.state import WalkState
 from fieldcam.store.days import BlockDay, block_days
+from fieldcam.store.durations import LONGEST_S
 from fieldcam.store.walks import ClusterState, Stop
 from fieldcam.tui.histogram import histogram
 from fieldcam.tui.news import News
@@ -104,7 +105,8 @@ def count_lines(days: Sequence[BlockDay]) -> list[str]:
         "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
         for row in table
     ]
-    return [*lines, f"By caliper a cluster takes about {CALIPER_S} s."]
+    pauses = f"Pauses of more than {LONGEST_S / 60:.0f} min are left out."
+    return [*lines, f"By caliper a cluster takes about {CALIPER_S} s. {pauses}"]
 
 
 def _counts(day: BlockDay) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from textwrap import shorten
 
 from fieldcam.analysis.status import State
 from fieldcam.analysis.status import Status as AnalysisStatus
-from fieldcam.calibration.stored_drift import LEAST_PICTURES, TagSizes
+from fieldcam.calibration.stored_drift import LEAST_PICTURES, SIZE_BIAS, TagSizes
 from fieldcam.models import ModelFile, Models
 from fieldcam.session.battery import Battery
 from fieldcam.session.state import CameraState
@@ -95,7 +95,9 @@ def calibration_facts(sizes: TagSizes | None) -> Iterator[Fact]:
         text = f"DRIFT: sizes are off by about {sizes.drift:+.1%}; run `fieldcam calibrate`"
         yield Fact("", text, bad=True)
     else:
-        yield Fact("", f"fits: {sizes.drift:+.1%} off, less than can be told")
+        off = sizes.drift + SIZE_BIAS
+        usual = f"{SIZE_BIAS:+.1%} is usual, as white grows into black"
+        yield Fact("", f"fits: {off:+.1%} off; {usual}")
 
 
 def analysis_facts(status: AnalysisStatus) -> Iterator[Fact]:

@@ -61,7 +61,8 @@ class RouteScreen(Page):
         first = not self._tags
         cursor = table.cursor_coordinate
         self._fill(table, state)
-        here = next((place for place, tag in self._tags.items() if tag == state.tag_id), cursor)
+        anywhere = next(iter(self._tags), cursor)
+        here = next((place for place, tag in self._tags.items() if tag == state.tag_id), anywhere)
         table.move_cursor(
             row=(here if first else cursor).row, column=(here if first else cursor).column
         )
@@ -73,9 +74,11 @@ class RouteScreen(Page):
 
     def on_data_table_cell_selected(self, event: DataTable.CellSelected) -> None:
         tag_id = self._tags.get(event.coordinate)
-        if tag_id is not None:
-            self.walk.go_to(tag_id)
-            self.app.pop_screen()
+        if tag_id is None:
+            self.hear(News("There is no cluster here: arrows choose one."))
+            return
+        self.walk.go_to(tag_id)
+        self.app.pop_screen()
 
     def action_undo(self) -> None:
         self.walk.undo()
@@ -84,7 +87,8 @@ class RouteScreen(Page):
         trees = [list(stops) for _, stops in groupby(state.route.stops, key=lambda s: s.tree)]
         table.clear(columns=True)
         self._tags.clear()
-        table.add_columns("tree", *(str(n + 1) for n in range(max(map(len, trees), default=0))))
+        most = max(map(len, trees), default=0)
+        table.add_columns("tree", *(f"cluster {n + 1}" for n in range(most)))
         for row, stops in enumerate(trees):
             self._tags |= {Coordinate(row, n + 1): stop.tag_id for n, stop in enumerate(stops)}
             cells = [self._cell(stop, stop.tag_id == state.tag_id) for stop in stops]

@@ -65,15 +65,22 @@ class SizesView(Words):
         if not seen.living:
             gone = "fallen" if MarkKind.FALLEN in seen.marks else "struck out"
             return Text(f"{mark}{seen.id:3}  {gone}", "strike")
-        said = "".join(f" {word}" for kind, word in WORDED.items() if kind in seen.marks)
-        text = f"{mark}{seen.id:3}  {_size(seen.diameter_mm)}{said}"
+        room = max(len(_worded(each)) for each in self._target)
+        text = f"{mark}{seen.id:3}  {_size(seen.diameter_mm)}{_worded(seen)}"
         if seen.diameter_mm is None:
             return Text(text)
-        longest = max(BAR_LEAST, self.size.width - WORDS - len(said))
+        longest = max(BAR_LEAST, self.size.width - WORDS - room)
         # Full blocks of neighbouring rows touch; without colours they would be one.
         glyph = THIN if self.app.no_color else BLOCK
         bar = glyph * max(1, round(min(1.0, seen.diameter_mm / LONGEST_MM) * longest))
-        return Text(f"{text} ").append(bar, colour)
+        padding = " " * (room - len(_worded(seen)) + 1)
+        return Text(text + padding).append(bar, colour)
+
+
+def _worded(seen: FruitletSeen) -> str:
+    """Its marks, beside its size."""
+    words = (word for kind, word in WORDED.items() if kind in seen.marks)
+    return "".join(f" {word}" for word in words) if seen.living else ""
 
 
 def _size(diameter_mm: float | None) -> str:

@@ -140,6 +140,8 @@ def sizes_heading(state: WalkState) -> str:
     if state.shown is None or state.shown.living is None:
         return ""
     before = "" if state.before is None else f", last visit {state.before}"
+    if state.before is not None and state.shown.living > state.before:
+        before = f", {state.shown.living - state.before} more than last visit"
     marks = "".join(f", {mark.count} {mark.mark}" for mark in state.marks)
     return f"{number_of(state.shown.living, 'fruitlet')}{before}{marks}"
 

@@ -139,6 +139,9 @@ class WalkScreen(AtCluster):
         self.app.push_screen(AskText("A note on this picture:"), self._noted)
 
     def action_correct_tag(self) -> None:
+        if self.state is None or self.state.shown is None:
+            self.hear(News("There is no picture of this cluster yet.", bad=True))
+            return
         self.app.push_screen(AskText("Which tag is in this picture?", "integer"), self._corrected)
 
     @property
