@@ -230,8 +230,8 @@ def test_a_camera_that_is_lost_and_found_is_said_where_one_aims() -> None:
         assert "The camera is unplugged. Check its cable." in driven.text
         assert "The camera does not answer" in driven.text
         assert "▀" not in driven.text and "440 mm" not in driven.text
-        await driven.tell(CameraReady(missed=True), AIM, seen(GOOD))
-        assert "The camera is ready. The last picture was not taken." in driven.text
+        await driven.tell(CameraReady(missed="The camera is unplugged."), AIM, seen(GOOD))
+        assert "The last picture was not taken: The camera is unplugged." in driven.text
         assert "Space takes the picture." in driven.text
 
     drive(SMALL, script)

@@ -106,7 +106,7 @@ def test_a_pulled_plug_costs_one_picture_and_no_walk(walk: HeadWalk) -> None:
     walk.live.shoot()
     assert walk.heard.next(CameraTrouble).error.message == "The camera is gone."
     walk.bench.emulated.plug()
-    assert walk.heard.next(CameraReady).missed
+    assert walk.heard.next(CameraReady).missed == "The camera is gone."
     assert walk.shoot().capture.calibration is not None
 
 

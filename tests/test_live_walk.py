@@ -104,7 +104,9 @@ def test_quick_pictures_of_one_cluster_take_each_others_place(walk: Walked) -> N
     walk.start()
     with walk.camera.held():
         for _ in range(3):
-            walk.after(walk.live.shoot, Done)
+            walk.live.shoot()
+        state = walk.heard.until(lambda state: state.queued == 2)
+        assert state.camera is CameraState.EXPOSING
     for _ in range(3):
         walk.heard.next(Saved)
     first, second, third = visit_captures(walk.store.database, walk.visit)

@@ -24,16 +24,18 @@ from fieldcam.session.events import (
     Refused,
     Saved,
     StorageTrouble,
+    VerdictReady,
 )
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.judgement_rows import Action, MarkKind
 from fieldcam.store.walks import ClusterState
 from fieldcam.tui.letters import BLOCK
+from fieldcam.tui.news import news
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.sound import Tune
 from fieldcam.tui.walk_screen import WalkScreen
-from fieldcam.values import ReasonCode, Status
+from fieldcam.values import ReasonCode, Status, Verdict
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 SAVED = SavedCapture("capture", Path("l"), Path("r"), Path("d"))
@@ -100,6 +102,7 @@ def test_states_without_a_verdict(size: tuple[int, int], tmp_path: Path) -> None
     words = {
         "Tag 12: aim, press Space. Last visit it had 5 fruitlets.": AIM,
         "Taking tag 12: hold still.": replace(AIM, camera=CameraState.EXPOSING),
+        "hold still. 9 pictures waiting.": replace(AIM, camera=CameraState.EXPOSING, queued=9),
         "The camera does not answer": replace(AIM, camera=CameraState.LOST),
         "Skipped: tag 22. O goes there": replace(AIM, tag_id=None, next_tag=None, progress=None),
         "Saved. It is being read": saved,
@@ -292,6 +295,42 @@ def test_a_doubt_takes_one_key() -> None:
 
     assert drive(SMALL, script).walk.asked == []
     assert insisted == ["yes", "yes"]
+
+
+def test_a_question_goes_when_its_picture_has_a_verdict(tmp_path: Path) -> None:
+    doubt = Doubted("There is no verdict on this picture. Keep it all the same?", lambda: None)
+
+    async def script(driven: Driven) -> None:
+        saved = replace(AIM, shown=shown_with(tmp_path))
+        await driven.tell(saved, doubt, saved)
+        assert "Keep it all the same?" in driven.text
+        await driven.tell(verdict(tmp_path, Status.RETAKE, ReasonCode.BLURRED))
+        assert "Keep it all the same?" not in driven.text
+        assert "Nothing was done: there is news of the picture." in driven.text
+
+    drive(SMALL, script)
+
+
+def test_a_question_that_is_denied_is_told_so() -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(AIM, Doubted("Keep it?", lambda: None))
+        await driven.press("escape")
+        assert "Nothing was done." in driven.text
+
+    drive(SMALL, script)
+
+
+def test_the_verdict_of_an_earlier_picture_is_told_so(tmp_path: Path) -> None:
+    state = replace(AIM, shown=shown_with(tmp_path))
+    earlier = replace(SAVED, key="earlier")
+    found = Verdict(Status.RETAKE)
+
+    def told(of: SavedCapture) -> str:
+        told = news(VerdictReady(of, 12, found, 6400.0), state)
+        return "" if told is None else told.sentence
+
+    assert told(earlier) == "An earlier picture of tag 12: RETAKE (6.4 s)."
+    assert told(SAVED) == "Tag 12: RETAKE (6.4 s)."
 
 
 def test_the_route_goes_to_any_cluster() -> None:

@@ -16,8 +16,8 @@ from fieldcam.values import ImageU8, Verdict
 class CameraReady:
     """The camera was opened."""
 
-    missed: bool = False
-    """A picture was asked for before, and not taken."""
+    missed: str = ""
+    """Why a picture that was asked for before was not taken; empty where none was missed."""
     notes: tuple[str, ...] = ()
     """What is not as it should be with it, in its own words."""
 

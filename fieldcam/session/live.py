@@ -198,6 +198,7 @@ class LiveWalk:
         told = replace(
             state,
             camera=camera,
+            queued=max(0, len(self._in_flight) - 1),
             camera_trouble=self._camera_trouble,
             analysis=status,
             uncalibrated="" if self._calibration is None else self._calibration.problem,

@@ -71,7 +71,7 @@ class Shutter:
         self._open_camera, self._hear, self._deadline_s = open_camera, hear, deadline_s
         self._pressed, self._aiming, self._calibration = pressed, aiming, calibration
         self._camera: FlashStereoDevice | None = None
-        self._looking, self._complaint, self._missed = False, "", False
+        self._looking, self._complaint, self._missed = False, "", ""
         self._last: tuple[Shot, EntryId] | None = None
         """The last picture that was saved."""
         self._orders: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
@@ -127,7 +127,7 @@ class Shutter:
             raise
         self._camera = camera
         self._hear(None, CameraReady(self._missed, (*camera.notes, *self._uncalibrated())))
-        self._missed = False
+        self._missed = ""
         return camera
 
     def _uncalibrated(self) -> tuple[str, ...]:
@@ -177,7 +177,7 @@ class Shutter:
             shutter, raw = now(), camera.capture(self._deadline_s)
         except FieldcamError as error:
             self._let_go()
-            self._missed = True
+            self._missed = error.message
             self._hear(shot, CameraTrouble(error))
             return
         self._complaint = ""

@@ -23,7 +23,7 @@ from fieldcam.session import events
 from fieldcam.session.automatic import Automatic, accepted_since
 from fieldcam.session.commands import Walk
 from fieldcam.session.setting_up import SetUp
-from fieldcam.session.state import WalkState
+from fieldcam.session.state import Stage, WalkState
 from fieldcam.store.rows import EntryId
 from fieldcam.tui import answers, themes
 from fieldcam.tui.aim_screen import AimScreen
@@ -53,6 +53,8 @@ HOW_TO_END = "Q ends the walk, Ctrl+Q from anywhere; started again, it goes on h
 OF_THE_WALK = ("route", "aim", "cluster", "block", "device", "log", "restart_analysis")
 DAY = Field("Day, such as 2026-05-19")
 USUAL_LOOK = Look()
+Subject = tuple[int | None, EntryId | None, Stage | None]
+"""A tag, its picture, and how far that is."""
 
 
 class PlainBar(ScrollBarRender):
@@ -108,6 +110,8 @@ class FieldcamApp(EndableApp[None]):
         self.walk: Walk | None = None
         self.state: WalkState | None = None
         self.automatic = Automatic()
+        self._doubted: tuple[AskYes, Subject] | None = None
+        """The question that is open, and what it is about."""
         self._tricks = tuple(tricks)
         self.log_lines: deque[str] = deque(lines, maxlen=LOG_LINES)
         for theme in themes.ALL:
@@ -143,7 +147,7 @@ class FieldcamApp(EndableApp[None]):
         elif isinstance(event, events.Previewed):
             if isinstance(self.screen, AimScreen):
                 self.screen.look(event)
-        elif (told := news(event)) is not None:
+        elif (told := news(event, self.state)) is not None:
             self._tell(told)
         if isinstance(event, events.Saved | events.StorageTrouble):
             self._leave_aim()
@@ -322,6 +326,7 @@ class FieldcamApp(EndableApp[None]):
 
     def _show(self, state: WalkState) -> None:
         before, self.state = self.state, state
+        self._withdraw(state)
         for page in self._frames:
             if isinstance(page, Page):
                 page.show(state)
@@ -330,10 +335,22 @@ class FieldcamApp(EndableApp[None]):
 
     def _ask(self, doubt: events.Doubted) -> None:
         def answered(yes: bool | None) -> None:
+            self._doubted = None
             if yes:
                 doubt.insist()
+            elif yes is None:
+                self._tell(News("Nothing was done: there is news of the picture."))
+            else:
+                self._tell(News("Nothing was done."))
 
-        self.push_screen(AskYes(doubt.sentence), answered)
+        question = AskYes(doubt.sentence)
+        self._doubted = question, _subject(self.state)
+        self.push_screen(question, answered)
+
+    def _withdraw(self, state: WalkState) -> None:
+        """A question goes when what it is about has changed: its words may be true no more."""
+        if self._doubted is not None and self._doubted[1] != _subject(state):
+            self._doubted[0].dismiss(None)
 
     def _tell(self, told: News) -> None:
         self.log_lines.append(f"{datetime.now():%H:%M:%S}  {told.sentence}")
@@ -347,3 +364,12 @@ class FieldcamApp(EndableApp[None]):
         """Those that can be filled: one that is opened while the app ends gets no widgets."""
         frames = [screen for screen in self.screen_stack if isinstance(screen, Frame)]
         return [frame for frame in frames if frame.is_mounted and frame.children]
+
+
+def _subject(state: WalkState | None) -> Subject:
+    """What a question of this moment is about."""
+    if state is None:
+        return None, None, None
+    if state.shown is None:
+        return state.tag_id, None, None
+    return state.tag_id, state.shown.id, state.shown.stage

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fieldcam.session import events
+from fieldcam.session.state import WalkState
 from fieldcam.tui.sound import Tune
 from fieldcam.values import Status
 
@@ -20,8 +21,8 @@ class News:
     """Something could not be written."""
 
 
-def news(event: events.LiveEvent) -> News | None:
-    """None where the event only changes what is shown."""
+def news(event: events.LiveEvent, state: WalkState | None = None) -> News | None:
+    """None where the event only changes what is shown; `state` is the last one that was."""
     match event:
         case events.Done(sentence):
             return News(sentence)
@@ -29,14 +30,17 @@ def news(event: events.LiveEvent) -> News | None:
             return News(sentence, bad=True)
         case events.Saved(_, tag_id, duration_ms):
             return News(f"{_name(tag_id)} saved ({duration_ms:.0f} ms).")
-        case events.VerdictReady(_, tag_id, verdict, duration_ms):
+        case events.VerdictReady(capture, tag_id, verdict, duration_ms):
             tune = Tune.GOOD if verdict.status is Status.ACCEPT else Tune.BAD
             took = f"{duration_ms / 1000:.1f} s"
-            return News(f"{_name(tag_id)}: {verdict.status.upper()} ({took}).", tune=tune)
+            shown = None if state is None else state.shown
+            newer = shown is not None and shown.record.tag_id == tag_id and shown.id != capture.key
+            name = f"An earlier picture of tag {tag_id}" if newer else _name(tag_id)
+            return News(f"{name}: {verdict.status.upper()} ({took}).", tune=tune)
         case events.AnalysisTrouble(_, tag_id, error):
             return News(f"{_name(tag_id)}: {error}", bad=True, tune=Tune.BAD)
         case events.CameraReady(missed, notes):
-            last = ("The last picture was not taken.",) if missed else ()
+            last = (f"The last picture was not taken: {missed}",) if missed else ()
             return News(" ".join(("The camera is ready.", *last, *notes)))
         case events.CameraTrouble(error):
             return News(str(error), bad=True, tune=Tune.BAD)

@@ -66,7 +66,8 @@ def banner(state: WalkState) -> Banner:
     """The most important thing now."""
     if state.camera is CameraState.EXPOSING:
         what = "a new tag" if state.tag_id is None else f"tag {state.tag_id}"
-        return Banner("TAKING", "dots", Tone.BUSY, f"Taking {what}: hold still.")
+        more = f" {number_of(state.queued, 'picture')} waiting." if state.queued else ""
+        return Banner("TAKING", "dots", Tone.BUSY, f"Taking {what}: hold still.{more}")
     if state.tag_id is None and state.shown is None and not state.learning:
         return all_done(state)
     if state.shown is None:
