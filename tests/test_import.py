@@ -58,7 +58,7 @@ def run(
     store: Store, folder: Path, analyst: FakeAnalyst | DirectAnalyst, block: str = "North"
 ) -> list[Outcome]:
     found = read_capture_folder(folder).captures
-    return list(import_pairs(store, store.block(Block(block)), analyst, found))
+    return list(import_pairs(store, Block(block), analyst, found))
 
 
 def fates(outcomes: list[Outcome]) -> Counter[str]:
@@ -208,11 +208,20 @@ def test_bad_pairs_are_skipped_and_the_rest_is_not(
 ) -> None:
     found = read_capture_folder(folder).captures
     spoil(folder / "2026-05-21")
-    block = store.block(Block("North"))
-    bad, *good = import_pairs(store, block, FakeAnalyst(), found)
+    bad, *good = import_pairs(store, Block("North"), FakeAnalyst(), found)
     assert bad.fate is Fate.SKIPPED and words in bad.problem
     assert fates(good) == {"added": 2}
     assert len(captures(store)) == 2
+
+
+def test_pairs_that_are_all_refused_make_no_block(store: Store, folder: Path) -> None:
+    (folder / "calibration.yml").write_text("nonsense")
+    assert fates(run(store, folder, FakeAnalyst())) == {"skipped": 3}
+    assert blocks(store.database) == ()
+    good = write_pairs(folder.parent / "good", THREE, ".jpg")
+    run(store, good, FakeAnalyst())
+    assert fates(run(store, good, FakeAnalyst(), "South")) == {"skipped": 3}
+    assert [block.name for block in blocks(store.database)] == ["North"]
 
 
 def test_a_calibration_that_is_none_spoils_its_day_only(store: Store, folder: Path) -> None:

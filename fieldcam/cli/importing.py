@@ -61,8 +61,7 @@ def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[O
 
     path = data_path(arguments.data)
     with open_store(path, DataKind.FIELD) as store, open_analyst(None, path, path) as analyst:
-        block = store.block(Block(arguments.block))
-        yield from import_pairs(store, block, analyst, found.captures)
+        yield from import_pairs(store, Block(arguments.block), analyst, found.captures)
 
 
 def _problems(found: CaptureFolder, outcomes: Sequence[Outcome]) -> tuple[FolderProblem, ...]:

@@ -19,8 +19,8 @@ from fieldcam.session.walk import Analyst
 from fieldcam.store.captures import SavedCapture, refuse_other_kind
 from fieldcam.store.imports import failed_alike
 from fieldcam.store.judgement_rows import Action, Decision
+from fieldcam.store.orchard_rows import Block
 from fieldcam.store.readings import reading_row
-from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.values import ClusterReading, Status
 
@@ -40,7 +40,7 @@ class Outcome:
 
 
 def import_pairs(
-    store: Store, block: EntryId, analyst: Analyst, files: Iterable[CaptureFile]
+    store: Store, block: Block, analyst: Analyst, files: Iterable[CaptureFile]
 ) -> Iterator[Outcome]:
     """One outcome for each pair; earlier days are to come first, as later ones build on them.
 

@@ -17,7 +17,7 @@ from fieldcam.store.imports import (
     known_pairs,
 )
 from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.orchard_rows import Cluster
+from fieldcam.store.orchard_rows import Block, Cluster
 from fieldcam.store.resuming import saved_capture
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
@@ -46,10 +46,10 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class Intake:
-    """Takes pairs into one block of an open store."""
+    """Takes pairs into one block of an open store, which is made for the first that is added."""
 
     store: Store
-    block: EntryId
+    block: Block
 
     def take(self, file: CaptureFile, pair: PairFiles) -> Taken:
         """Make a pair durable, unless it is known."""
@@ -60,7 +60,7 @@ class Intake:
         with writing(self.store.database):
             known = known_pairs(self.store.database, left, right)
             for each in known:
-                if each.is_of(self.block, file.day, file.tag_id):
+                if each.is_of(self.block.name, file.day, file.tag_id):
                     return self._known(each)
             for each in known:
                 if each.stands:
@@ -72,7 +72,7 @@ class Intake:
 
     def visit(self, day: date) -> EntryId:
         """The block's visit of this day; one that only the import made is over at once."""
-        visit = self.store.visit(self.block, day)
+        visit = self.store.visit(self.store.block(self.block), day)
         if is_untouched(self.store.database, visit):
             self.store.append(Event(EventKind.VISIT_ENDED, visit))
         return visit
@@ -90,8 +90,9 @@ class Intake:
 
     def _learn(self, tag_id: int) -> None:
         """A tag of which there are pictures belongs to the block."""
-        if not has_cluster(self.store.database, self.block, tag_id):
-            self.store.append(Cluster(self.block, tag_id))
+        block = self.store.block(self.block)
+        if not has_cluster(self.store.database, block, tag_id):
+            self.store.append(Cluster(block, tag_id))
 
     def _capture(self, file: CaptureFile, pair: PairFiles, left: str, right: str) -> Capture:
         return Capture(

@@ -18,7 +18,6 @@ class KnownPair:
     """A capture whose two files are these."""
 
     capture: EntryId
-    block: EntryId | None
     block_name: str
     day: date | None
     tag_expected: int | None
@@ -31,9 +30,9 @@ class KnownPair:
         """Whether it counts for a cluster; what was only taken up after a crash does not."""
         return self.tag_expected is not None and not self.discarded
 
-    def is_of(self, block: EntryId, day: date, tag_id: int) -> bool:
+    def is_of(self, block_name: str, day: date, tag_id: int) -> bool:
         """Whether it counts for this cluster on this day."""
-        return (self.block, self.day, self.tag_expected) == (block, day, tag_id)
+        return (self.block_name, self.day, self.tag_expected) == (block_name, day, tag_id)
 
 
 def known_pairs(database: Database, left: str, right: str) -> tuple[KnownPair, ...]:
@@ -41,7 +40,7 @@ def known_pairs(database: Database, left: str, right: str) -> tuple[KnownPair, .
     found = rows(
         database,
         "SELECT capture.id, capture.action, capture.reading, capture.tag_expected,"
-        " visit.block, visit.day, block.name FROM capture_now AS capture"
+        " visit.day, block.name FROM capture_now AS capture"
         " LEFT JOIN visit ON visit.id = capture.visit LEFT JOIN block ON block.id = visit.block"
         " WHERE capture.left_file = ? AND capture.right_file = ? ORDER BY capture.turn",
         left,
@@ -50,7 +49,6 @@ def known_pairs(database: Database, left: str, right: str) -> tuple[KnownPair, .
     return tuple(
         KnownPair(
             capture=row["id"],
-            block=row["block"],
             block_name=row["name"] or "",
             day=None if row["day"] is None else date.fromisoformat(row["day"]),
             tag_expected=row["tag_expected"],
