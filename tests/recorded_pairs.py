@@ -12,7 +12,7 @@ from made_readings import TAG, made_fruitlet, made_reading
 
 from fieldcam.errors import FieldcamError
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import ClusterReading, Expectation, Status, Verdict
+from fieldcam.values import ClusterReading, Expectation, Reason, ReasonCode, Status, Verdict
 
 WIDTH, HEIGHT = 64, 48
 CAMERA_INFO = """\
@@ -65,4 +65,6 @@ class FakeAnalyst:
         assert expectation.tag_id is not None
         fruitlets = [made_fruitlet(n, (100.0, 100.0), 9.0) for n in range(3)]
         tag = replace(TAG, id=expectation.tag_id)
-        return made_reading(fruitlets, Verdict(self.status), tag, expectation)
+        blurred = Reason(ReasonCode.BLURRED, "The picture is blurred.")
+        reasons = (blurred,) if self.status is Status.RETAKE else ()
+        return made_reading(fruitlets, Verdict(self.status, reasons), tag, expectation)

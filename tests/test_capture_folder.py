@@ -155,10 +155,25 @@ def test_hidden_files_are_nobodys_business(tmp_path: Path) -> None:
     assert problems(tmp_path) == {}
 
 
-def test_a_day_without_calibration_is_listed_once(tmp_path: Path) -> None:
-    fill(tmp_path, *eyes("2026-05-21/17_1"), *eyes("2026-05-21/18_1"))
-    assert [capture[4] for capture in listed(tmp_path)] == [None, None]
-    assert list(problems(tmp_path).values()) == ["There is no calibration for 2026-05-21."]
+OF_A_RECORDING = tuple(f"9999_2023-05-19-22-10-00/COLOR/{side}.png" for side in ("LEFT", "RIGHT"))
+
+
+@pytest.mark.parametrize(
+    ("files", "obstacle"),
+    [
+        (eyes("2026-05-21/586_1"), "There is no calibration for 2026-05-21."),
+        ((*eyes("2026-05-21/586_1"), "calibration.yml"), ""),
+        ((*eyes("2026-05-21/587_1"), "calibration.yml"), "There is no tag 587: they end at 586."),
+        ((*OF_A_RECORDING, "2023_05_19.yml"), "There is no tag 9999: they end at 586."),
+        (OF_A_RECORDING, "There is no tag 9999: they end at 586."),
+    ],
+)
+def test_what_stands_against_a_pair_is_known_by_its_place(
+    tmp_path: Path, files: tuple[str, ...], obstacle: str
+) -> None:
+    (capture,) = read_capture_folder(fill(tmp_path, *files)).captures
+    assert capture.obstacle == obstacle
+    assert problems(tmp_path) == {}
 
 
 def test_what_is_no_folder_of_captures_is_refused(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
-from recorded_pairs import FakeAnalyst, write_pairs
+from recorded_pairs import FakeAnalyst, write_image, write_pairs
 
 from fieldcam.cli import main, self_test
 from fieldcam.cli.progress import progress
@@ -19,6 +19,7 @@ from fieldcam.errors import ExitCode, StorageFull
 from fieldcam.exchange.images import write_png
 from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.space import Space
+from fieldcam.values import Status
 
 Capture = pytest.CaptureFixture[str]
 THREE = ("2026-05-21/17_1", "2026-05-21/18_1", "2026-05-25/17_1")
@@ -74,6 +75,7 @@ def test_the_document_counts_and_a_second_run_adds_nothing(
         "analysed": 3,
         "accepted": 3,
         "retakes": 0,
+        "to_retake": [],
         "problems": [],
     }
     again = document(capsys, folder)
@@ -101,13 +103,52 @@ def test_bad_pairs_are_listed_at_the_end_with_one_sentence_each(
     assert (again["unpaired"], len(again["problems"])) == (1, 3)
 
 
-def test_a_day_without_calibration_is_listed_once(
+def listed(output: str, heading: str) -> list[str]:
+    """The lines under a heading."""
+    return [
+        line.strip() for line in output.partition(f"{heading}:\n")[2].split("\n\n")[0].split("\n")
+    ]
+
+
+def test_every_pair_without_a_calibration_is_listed(
     capsys: Capture, folder: Path, analyst: FakeAnalyst
 ) -> None:
     (folder / "calibration.yml").rename(folder / "2026-05-25" / "calibration.yml")
-    found = document(capsys, folder)
-    assert (found["skipped"], found["added"]) == (2, 1)
-    assert [p["text"] for p in found["problems"]] == ["There is no calibration for 2026-05-21."]
+    code, out, _ = run(capsys, folder, "--block", "North")
+    assert code == ExitCode.OK and "1 added, 0 there before, 2 skipped." in out
+    assert listed(out, "Problems") == [
+        "2026-05-21/17_1_left.png: There is no calibration for 2026-05-21.",
+        "2026-05-21/18_1_left.png: There is no calibration for 2026-05-21.",
+    ]
+
+
+def test_every_recording_that_cannot_be_used_is_listed(
+    capsys: Capture, folder: Path, analyst: FakeAnalyst
+) -> None:
+    for name in ("9999_2023-05-19-22-10-00", "17_2023-05-20-22-10-00", "18_2023-05-20-22-10-00"):
+        for seed, side in enumerate(("LEFT", "RIGHT")):
+            write_image(folder / name / "COLOR" / f"{side}.png", seed)
+    (folder / "calibration.yml").rename(folder / "2023_05_19.yml")
+    code, out, _ = run(capsys, folder, "--block", "North")
+    assert code == ExitCode.BAD_INPUT and "6 skipped" in out
+    assert listed(out, "Problems")[:3] == [
+        "17_2023-05-20-22-10-00/COLOR/LEFT.png: There is no calibration for 2023-05-20.",
+        "18_2023-05-20-22-10-00/COLOR/LEFT.png: There is no calibration for 2023-05-20.",
+        "2026-05-21/17_1_left.png: There is no calibration for 2026-05-21.",
+    ]
+    assert "There is no tag 9999: they end at 586." in listed(out, "Problems")[-1]
+
+
+def test_what_would_have_to_be_taken_again_is_listed(
+    capsys: Capture, folder: Path, analyst: FakeAnalyst
+) -> None:
+    analyst.status = Status.RETAKE
+    code, out, _ = run(capsys, folder, "--block", "North")
+    assert code == ExitCode.OK and "3 would have to be taken again." in out
+    assert listed(out, "To be taken again") == [
+        f"{stem}_left.png: The picture is blurred." for stem in THREE
+    ]
+    assert run(capsys, folder, "--block", "North")[1].count("taken again") == 1
 
 
 def test_a_folder_of_bad_pairs_only_is_bad_input(

@@ -41,14 +41,16 @@ def _import(arguments: argparse.Namespace) -> None:
     found = read_capture_folder(arguments.folder)
     models = checked_models(arguments.data)
     outcomes = tuple(progress(_outcomes(arguments, found), len(found.captures)))
-    problems = _problems(found, outcomes)
+    problems, again = _problems(found, outcomes), _to_retake(outcomes)
     counts = _counts(found, outcomes)
     if arguments.json:
         narrate(models.honesty)
-        entries = [{"path": str(problem.path), "text": problem.text} for problem in problems]
-        emit_json({"block": arguments.block, **counts, "problems": entries})
+        listed = {"to_retake": _entries(again), "problems": _entries(problems)}
+        emit_json({"block": arguments.block, **counts, **listed})
     else:
-        emit("\n".join([*_lines(arguments, counts, problems), "", models.honesty]))
+        lines = [*_lines(arguments, counts), *_listed("To be taken again", arguments, again)]
+        lines += _listed("Problems", arguments, problems)
+        emit("\n".join([*lines, "", models.honesty]))
     if counts["skipped"] == counts["pairs"]:
         raise BadInput(f"None of the pairs in {arguments.folder} could be imported.")
 
@@ -65,15 +67,27 @@ def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[O
 
 
 def _problems(found: CaptureFolder, outcomes: Sequence[Outcome]) -> tuple[FolderProblem, ...]:
-    """A day without a calibration is listed once, by the folder."""
+    """Those of the folder and those of its pairs."""
     from fieldcam.exchange.capture_folder import FolderProblem
 
-    of_pairs = (
-        FolderProblem(each.file.left, each.problem)
-        for each in outcomes
-        if each.problem and each.file.calibration is not None
-    )
+    of_pairs = (FolderProblem(each.file.left, each.problem) for each in outcomes if each.problem)
     return tuple(sorted([*found.problems, *of_pairs]))
+
+
+def _to_retake(outcomes: Sequence[Outcome]) -> tuple[FolderProblem, ...]:
+    """Pairs that are stored, but whose pictures say too little."""
+    from fieldcam.exchange.capture_folder import FolderProblem
+
+    verdicts = ((each.file.left, each.verdict) for each in outcomes if each.verdict is not None)
+    return tuple(
+        FolderProblem(path, " ".join(reason.text for reason in verdict.reasons))
+        for path, verdict in verdicts
+        if verdict.status is Status.RETAKE
+    )
+
+
+def _entries(problems: Sequence[FolderProblem]) -> list[dict[str, str]]:
+    return [{"path": str(problem.path), "text": problem.text} for problem in problems]
 
 
 def _counts(found: CaptureFolder, outcomes: Sequence[Outcome]) -> dict[str, int]:
@@ -90,9 +104,7 @@ def _counts(found: CaptureFolder, outcomes: Sequence[Outcome]) -> dict[str, int]
     }
 
 
-def _lines(
-    arguments: argparse.Namespace, counts: dict[str, int], problems: Sequence[FolderProblem]
-) -> Iterator[str]:
+def _lines(arguments: argparse.Namespace, counts: dict[str, int]) -> Iterator[str]:
     yield (
         f"Block {arguments.block}: {number_of(counts['pairs'], 'pair')}; {counts['added']} added,"
         f" {counts['known']} there before, {counts['skipped']} skipped."
@@ -103,8 +115,13 @@ def _lines(
     )
     if counts["unpaired"]:
         yield f"Left out: {number_of(counts['unpaired'], 'image')} without the other eye's."
+
+
+def _listed(
+    heading: str, arguments: argparse.Namespace, problems: Sequence[FolderProblem]
+) -> Iterator[str]:
     if problems:
-        yield "\nProblems:"
+        yield f"\n{heading}:"
         yield from (f"  {_shown(arguments.folder, problem)}" for problem in problems)
 
 

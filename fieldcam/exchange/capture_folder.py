@@ -17,6 +17,7 @@ from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
 from fieldcam.errors import BadInput
+from fieldcam.values import HIGHEST_TAG_ID
 
 DAY_FOLDER = re.compile(r"[12]\d{3}-\d{2}-\d{2}", re.ASCII)
 VIEW_FILE = re.compile(r"(\d{1,6})_0*([1-9]\d{0,5})_(left|right)", re.ASCII)
@@ -50,6 +51,13 @@ class CaptureFile:
     def local_time(self) -> datetime:
         """When it was taken; midnight where only the day is known."""
         return (self.taken_at or datetime.combine(self.day, time())).astimezone()
+
+    @property
+    def obstacle(self) -> str:
+        """Why it cannot be used, whatever its images show; empty where it can."""
+        if self.tag_id > HIGHEST_TAG_ID:
+            return f"There is no tag {self.tag_id}: they end at {HIGHEST_TAG_ID}."
+        return "" if self.calibration else f"There is no calibration for {self.day}."
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -89,7 +97,7 @@ def read_capture_folder(folder: Path) -> CaptureFolder:
             f"{folder} holds no captures.",
             "They are expected as <YYYY-MM-DD>/<tag>_<n>_left.png and _right.png.",
         )
-    return CaptureFolder(tuple(captures), (*problems, *_missing_calibrations(captures)))
+    return CaptureFolder(tuple(captures), tuple(problems))
 
 
 def visible(folder: Path) -> list[Path]:
@@ -100,16 +108,6 @@ def visible(folder: Path) -> list[Path]:
 def is_image(path: Path) -> bool:
     """By its name."""
     return path.suffix.lower() in IMAGE_SUFFIXES and path.is_file()
-
-
-def _missing_calibrations(captures: list[CaptureFile]) -> list[FolderProblem]:
-    first_without = {
-        capture.day: capture for capture in reversed(captures) if capture.calibration is None
-    }
-    return [
-        FolderProblem(capture.left, f"There is no calibration for {capture.day}.")
-        for capture in reversed(first_without.values())
-    ]
 
 
 def _read_days(folder: Path) -> Found:

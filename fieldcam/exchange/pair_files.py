@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from fieldcam.calibration.readers import load_camera
-from fieldcam.errors import CalibrationInvalid, PairMismatch
+from fieldcam.errors import BadInput, CalibrationInvalid, PairMismatch
 from fieldcam.exchange.capture_folder import CaptureFile
 from fieldcam.exchange.image_files import ImageFile, check_same_size, check_size, read_image_file
 from fieldcam.values import Calibration, PixelFormat
@@ -29,8 +29,8 @@ class PairFiles:
 
 def read_pair_files(file: CaptureFile) -> PairFiles:
     """Raises BadInput where the pair could not be sized."""
-    if file.calibration is None:
-        raise CalibrationInvalid(f"There is no calibration for {file.day}.")
+    if file.calibration is None or file.obstacle:
+        raise BadInput(file.obstacle)
     left, right = read_image_file(file.left), read_image_file(file.right)
     check_same_size(left, right)
     if (left.suffix == ".pgm") != (right.suffix == ".pgm"):

@@ -22,7 +22,7 @@ from fieldcam.store.judgement_rows import Action, Decision
 from fieldcam.store.orchard_rows import Block
 from fieldcam.store.readings import reading_row
 from fieldcam.store.store import Store
-from fieldcam.values import ClusterReading, Status
+from fieldcam.values import ClusterReading, Status, Verdict
 
 OPERATOR = "import"
 
@@ -33,10 +33,15 @@ class Outcome:
 
     file: CaptureFile
     fate: Fate
-    status: Status | None = None
-    """The verdict; None where it was not analysed now."""
+    verdict: Verdict | None = None
+    """None where it was not analysed now."""
     problem: str = ""
     """Why it was skipped, or has no reading."""
+
+    @property
+    def status(self) -> Status | None:
+        """The verdict's."""
+        return None if self.verdict is None else self.verdict.status
 
 
 def import_pairs(
@@ -70,7 +75,7 @@ def _import_pair(intake: Intake, analyst: Analyst, file: CaptureFile) -> Outcome
     except FieldcamError as error:
         return Outcome(file, taken.fate, problem=_failed(visit, taken.unread, error))
     _keep(intake.store, taken.unread, reading, (perf_counter() - started) * 1000)
-    return Outcome(file, taken.fate, reading.verdict.status)
+    return Outcome(file, taken.fate, reading.verdict)
 
 
 def _keep(store: Store, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:

@@ -49,7 +49,7 @@ def walk_recorded_folder(data: Path | None, folder: Path) -> None:
 
 def by_day(captures: Sequence[CaptureFile]) -> Days:
     """What can be analysed; a day without a calibration stays only where no day has one."""
-    usable = [capture for capture in captures if capture.calibration is not None] or captures
+    usable = [capture for capture in captures if not capture.obstacle] or captures
     return {day: list(taken) for day, taken in groupby(usable, key=lambda capture: capture.day)}
 
 
