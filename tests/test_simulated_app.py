@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
+from typing import cast
 
 import pytest
 from made_readings import CAMERA
+from made_states import AIM
 from stored_walks import raw_pair
 
 from fieldcam.camera.simulated import SimulatedRow
 from fieldcam.cli import demo, main
 from fieldcam.errors import ExitCode
+from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.store.folder import DataKind
 from fieldcam.store.judgement_rows import Skip
 from fieldcam.store.store import Store, open_store
 from fieldcam.store.walks import walk_route
+from fieldcam.tui import simulated
 from fieldcam.tui.simulated import _block, _visit
+from fieldcam.tui.telling import banner
 
 ROW = SimulatedRow((8, 9, 10), CAMERA, date(2026, 5, 21))
 
@@ -48,6 +54,47 @@ def test_a_day_with_an_undecided_picture_is_gone_on_with(store: Store) -> None:
     store.save(raw_pair(simulated=True), visit=visit, tag_expected=ROW.tag_ids[0])
     assert walk_route(store.database, visit).next_tag() is None
     assert _visit(store, block, ROW.first_day, (0, 2)) == (0, visit)
+
+
+class NoRenderer:
+    """Knows the row, and renders nothing of it."""
+
+    def __init__(self, seed: int, clusters: int) -> None:
+        self.row = ROW
+
+    def close(self) -> None:
+        """It holds nothing."""
+
+
+@pytest.mark.parametrize("walked", [0, 1, 2])
+def test_the_demo_says_what_comes_after_the_day(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, walked: int
+) -> None:
+    """With so many of two days walked before."""
+    with open_store(tmp_path, DataKind.SIMULATED) as store:
+        for _ in range(walked):
+            _, visit = _visit(store, _block(store, 1, ROW), ROW.first_day, (0, 2))
+            store.append(*(Skip(visit, tag_id) for tag_id in ROW.tag_ids))
+    lines: list[str] = []
+    told: list[LiveEvent] = []
+
+    def run(start: Callable[[Listener], None], found: Sequence[str], *_: object) -> None:
+        lines.extend(found)
+        start(told.append)
+
+    def start_walk(*given: object) -> None:
+        cast(Listener, given[-1])(Changed(AIM))
+
+    monkeypatch.setattr(simulated, "OrchardProcess", NoRenderer)
+    monkeypatch.setattr(simulated, "run", run)
+    monkeypatch.setattr(simulated, "start_walk", start_walk)
+    simulated.walk_simulated_row(tmp_path, 1, 3, (0, 2))
+    (event,) = told
+    assert isinstance(event, Changed)
+    sentence = banner(replace(event.state, tag_id=None, shown=None)).sentence
+    assert ("next day" in sentence) == (walked == 0)
+    assert (f"after 2 days: to begin anew remove {tmp_path}" in sentence) == (walked > 0)
+    assert any(str(tmp_path) in line for line in lines) == (walked == 2)
 
 
 def test_at_a_terminal_the_demo_is_the_app(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -117,6 +117,8 @@ class WalkState:
     """Pictures that were asked for and wait for the camera, apart from the one it takes."""
     camera_trouble: str = ""
     """Why the camera is lost, and what to do, in the camera's own words."""
+    afterwards: str = ""
+    """What can be done when all clusters are done, besides to end the walk."""
     uncalibrated: str = ""
     """Why pictures are saved and not read; empty where they are."""
     analysis: AnalysisStatus = field(default_factory=AnalysisStatus)

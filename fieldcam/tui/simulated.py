@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
+from dataclasses import replace
 from datetime import date, timedelta
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from fieldcam.analysis.requests import Setup
 from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedRow
 from fieldcam.models import find_models
-from fieldcam.session.events import Listener
+from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.setting_up import SetUp
 from fieldcam.store.folder import DataKind, data_path
@@ -25,6 +26,7 @@ from fieldcam.tui.wiring import run
 from fieldcam.words import number_of
 
 CLUSTERS_PER_TREE = 2
+NEXT_DAY = "Started again, the demo goes on with its next day."
 
 
 def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequence[int]) -> None:
@@ -36,6 +38,10 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
         found = startup_check(store).sentences
         block = _block(store, seed, orchard.row)
         day, visit = _visit(store, block, orchard.row.first_day, days)
+        last = _last_day(path, days)
+        if walk_route(store.database, visit).settled:
+            found = (*found, last)
+        afterwards = last if day == days[-1] else NEXT_DAY
         set_up = SetUp(store, lambda: orchard.row.first_day + timedelta(days=day))
         set_up.sign_in("demo")
         set_up.block, set_up.visit = block, visit
@@ -43,7 +49,13 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
 
         def start(listener: Listener) -> LiveWalk:
             analysis = Setup(orchard.row.calibration, data=data_path(data))
-            return start_walk(store, set_up.visit or visit, camera, analysis, listener)
+
+            def tell(event: LiveEvent) -> None:
+                if isinstance(event, Changed):
+                    event = replace(event, state=replace(event.state, afterwards=afterwards))
+                listener(event)
+
+            return start_walk(store, set_up.visit or visit, camera, analysis, tell)
 
         run(start, found, tricks(camera, Mishap), find_models(data_path(data)), set_up)
 
@@ -57,6 +69,13 @@ def _block(store: Store, seed: int, row: SimulatedRow) -> EntryId:
             store.append(Cluster(block, tag_id, tree))
         store.append(Route(block, row.tag_ids))
     return block
+
+
+def _last_day(path: Path, days: Sequence[int]) -> str:
+    return (
+        f"The demo ends after {number_of(len(days), 'day')}: to begin anew remove {path},"
+        " or name another folder with --data."
+    )
 
 
 def _visit(

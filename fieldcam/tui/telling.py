@@ -85,11 +85,10 @@ def banner(state: WalkState) -> Banner:
 def all_done(state: WalkState) -> Banner:
     """Where no cluster is due: whether something was left out."""
     if rest := left_over(state.route):
-        return Banner("DONE", "query", Tone.ASK, f"{rest} O goes there. Q ends the walk.")
-    sentence = "No cluster of this route needs a picture. Q ends the walk."
-    if state.simulated:
-        sentence += " Started again, the demo goes on with its next day."
-    return Banner("ALL DONE", "tick", Tone.GOOD, sentence)
+        sentence = f"{rest} O goes there. Q ends the walk. {state.afterwards}".rstrip()
+        return Banner("DONE", "query", Tone.ASK, sentence)
+    sentence = f"No cluster of this route needs a picture. Q ends the walk. {state.afterwards}"
+    return Banner("ALL DONE", "tick", Tone.GOOD, sentence.rstrip())
 
 
 def not_saved(sentence: str) -> Banner:
