@@ -189,6 +189,19 @@ def test_what_is_not_marked_as_simulated_is_real() -> None:
     assert "SIMULATED" not in screen_of(SMALL, replace(AIM, simulated=False))
 
 
+@pytest.mark.parametrize(
+    ("free_bytes", "shown"),
+    [
+        (72_000_000_000, "72 GB free"),
+        (1_000_000_000, "1 GB free"),
+        (999_400_000, "999 MB free"),
+        (0, "0 MB"),
+    ],
+)
+def test_little_room_is_shown_in_megabytes(free_bytes: int, shown: str) -> None:
+    assert shown in screen_of(SMALL, replace(AIM, free_bytes=free_bytes))
+
+
 @pytest.mark.parametrize("size", [(40, 10), (79, 24), (80, 23)])
 def test_a_window_that_is_too_small_says_so(size: tuple[int, int]) -> None:
     text = " ".join(screen_of(size, AIM).split())

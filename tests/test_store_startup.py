@@ -251,9 +251,14 @@ def test_the_gate_and_the_reserve(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         with pytest.raises(StorageFull, match="free"):
             store.save(raw_pair())
         assert not (tmp_path / "objects").exists()
-        assert not startup_check(store).reserve
+        report = startup_check(store)
+        assert not report.reserve
+        assert report.sentences[-1].endswith("Free some space before the next picture.")
     roomy = Space(tmp_path, needed=1, reserve=1 << 16)
     assert roomy.set_aside()
+    with open_store(tmp_path, DataKind.FIELD, space=Space(tmp_path, needed=1 << 62)) as store:
+        report = startup_check(store)
+        assert report.reserve and report.sentences == (report.no_room,)
     assert (tmp_path / "reserve.bin").stat().st_blocks * 512 >= 1 << 16
     assert roomy.release()
     assert not roomy.release()

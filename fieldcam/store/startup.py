@@ -52,6 +52,8 @@ class StartupReport:
     """How far the clock is before the newest row, where it is."""
     reserve: bool
     """Whether room is set aside for the last rows before the disk is full."""
+    no_room: str
+    """Why no picture can be begun; empty where one can."""
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -71,6 +73,7 @@ def startup_check(store: Store, clock: Clock = now) -> StartupReport:
         copied=store.identity.copied,
         clock_behind=_clock_behind(store, clock),
         reserve=store.space.set_aside(),
+        no_room=_no_room(store),
     )
 
 
@@ -90,6 +93,14 @@ def _take_up(store: Store) -> TakenUp:
     except OSError as error:
         raise storage_error(Path(error.filename or store.folder.path), error) from error
     return TakenUp(swept, paired, loose, tuple(broken))
+
+
+def _no_room(store: Store) -> str:
+    try:
+        store.space.check()
+    except StorageFull as full:
+        return str(full)
+    return ""
 
 
 def _clock_behind(store: Store, clock: Clock) -> timedelta | None:
@@ -120,5 +131,7 @@ def _sentences(report: StartupReport) -> Iterator[str]:
         yield f"The clock is {hours:.1f} h before the newest picture: set it before the walk."
     if report.in_use:
         yield "Another fieldcam has this data folder open."
-    if not report.reserve:
+    if report.no_room:
+        yield report.no_room
+    elif not report.reserve:
         yield "The disk is nearly full."

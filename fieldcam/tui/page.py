@@ -33,7 +33,8 @@ LEAST = (80, 24)
 """Columns and rows that a screen needs."""
 WIDE = 160
 """Columns from which on a screen may show more."""
-LOW_DISK_BYTES = 1 << 30
+LOW_DISK_BYTES = 1_000_000_000
+"""Below it the free space is shown in MB, and as bad."""
 
 
 class Frame(Screen[None]):
@@ -61,8 +62,10 @@ class Frame(Screen[None]):
         self.query_one("#simulated").display = simulated
         parts = [self.TITLE or "", block, f"{day:%d %b %Y}"]
         self.query_one("#where", Words).update("   ".join(filter(None, parts)))
-        self.query_one("#disk", Words).update(f"{free_bytes / 1e9:.0f} GB free")
-        self.query_one("#disk").set_class(free_bytes < LOW_DISK_BYTES, "-bad")
+        low = free_bytes < LOW_DISK_BYTES
+        free = f"{free_bytes / 1e6:.0f} MB" if low else f"{free_bytes / 1e9:.0f} GB"
+        self.query_one("#disk", Words).update(f"{free} free")
+        self.query_one("#disk").set_class(low, "-bad")
 
     def hear(self, told: News) -> None:
         """Say what came of a command, where the screen has a place for it."""
