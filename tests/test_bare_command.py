@@ -76,6 +76,37 @@ def test_without_a_terminal_it_is_wrong_usage_in_one_line(
     assert "fieldcam demo" in err and "fieldcam --help" in err and len(err.splitlines()) == 1
 
 
+def test_without_a_terminal_nothing_is_drawn_in_its_place(
+    capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    followed: list[Path] = []
+    monkeypatch.delenv("TEXTUAL_DRIVER", raising=False)
+    monkeypatch.setattr("fieldcam.tui.follow_app.follow", followed.append)
+    assert main(["follow"]) == ExitCode.BAD_INPUT
+    out, err = capsys.readouterr()
+    assert (out, followed) == ("", []) and "needs a terminal" in err
+    monkeypatch.setenv("TEXTUAL_DRIVER", "textual.drivers.web_driver:WebDriver")
+    assert main(["follow"]) == ExitCode.OK
+    assert len(followed) == 1
+
+
+@pytest.mark.parametrize(
+    ("names", "sentence"),
+    [(None, "There is no folder"), ([], "holds no captures"), (["1_left", "1_right"], "terminal")],
+)
+def test_a_replay_looks_at_its_folder_before_the_terminal(
+    capsys: Capture, tmp_path: Path, names: list[str] | None, sentence: str
+) -> None:
+    folder = tmp_path / "season"
+    if names is not None:
+        (folder / "2026-05-21").mkdir(parents=True)
+        for name in names:
+            (folder / "2026-05-21" / f"17_{name}.png").write_bytes(b"x")
+    assert main(["demo", "--replay", str(folder)]) == ExitCode.BAD_INPUT
+    out, err = capsys.readouterr()
+    assert out == "" and sentence in err and len(err.splitlines()) == 1
+
+
 @pytest.mark.parametrize("term", ["dumb", "unknown", "", "xterm", "linux"])
 def test_a_dumb_terminal_is_none(term: str, monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = SimpleNamespace(isatty=lambda: True)

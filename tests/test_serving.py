@@ -324,6 +324,19 @@ def test_other_machines_are_asked_for_a_code(
     assert re.search(r"Code for the next browser: \d{3} \d{3}\n", capsys.readouterr().err)
 
 
+def test_a_folder_without_a_walk_is_said_and_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("fieldcam.serving.server.run", lambda server, listener: None)
+    absent, there = tmp_path / "absent", tmp_path / "there"
+    small_store(there).close()
+    for folder, waits in ((absent, True), (there, False)):
+        assert main(["--data", str(folder), "serve", "--port", "0"]) == ExitCode.OK
+        said = capsys.readouterr().err
+        assert ("the page waits for one: There is no data folder" in said) == waits
+    assert not absent.exists()
+
+
 def test_without_the_extra_one_sentence_says_so(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

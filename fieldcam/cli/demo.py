@@ -95,8 +95,10 @@ def _demo(arguments: argparse.Namespace) -> None:
 
 
 def _replay(arguments: argparse.Namespace) -> None:
+    from fieldcam.exchange.capture_folder import read_capture_folder
     from fieldcam.tui.replayed import walk_recorded_folder
 
+    read_capture_folder(arguments.replay)
     if arguments.headless or arguments.json or not at_a_terminal():
         raise BadInput("--replay needs a terminal.", "`fieldcam import` reads a folder without.")
     checked_models(arguments.data)

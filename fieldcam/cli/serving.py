@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+from pathlib import Path
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, port_number
-from fieldcam.cli.console import narrate
-from fieldcam.errors import ExtraMissing
+from fieldcam.cli.console import at_a_terminal, narrate
+from fieldcam.errors import BadInput, ExtraMissing, FieldcamError
 from fieldcam.store.folder import data_path
 
 LOOPBACK = "127.0.0.1"
 PORT = 8000
+OTHER_SCREEN = "TEXTUAL_DRIVER"
+"""Textual's own sign that a server takes what is drawn, in place of a terminal."""
 
 
 def register(commands: Subparsers[Parser]) -> None:
@@ -27,6 +31,11 @@ def register(commands: Subparsers[Parser]) -> None:
 
 
 def _follow(arguments: argparse.Namespace) -> None:
+    if not (at_a_terminal() or OTHER_SCREEN in os.environ):
+        raise BadInput(
+            "`fieldcam follow` needs a terminal that it can draw on, and there is none here.",
+            "`fieldcam serve` shows the walk in a browser.",
+        )
     from fieldcam.tui.follow_app import follow
 
     follow(data_path(arguments.data))
@@ -41,11 +50,23 @@ def _serve(arguments: argparse.Namespace) -> None:
         raise ExtraMissing(
             "The phone's screen is not installed.", "pip install 'fieldcam[serve]'"
         ) from error
+    data = data_path(arguments.data)
     with listen(arguments.host, arguments.port) as listener:
         narrate(f"The walk is shown at {page_address(listener)} (Ctrl+C ends this).")
+        _say_what_is_missing(data)
         gate = None if is_for_this_machine_only(listener) else Gate(_show_code)
-        command = (sys.executable, "-m", "fieldcam", "--data", str(data_path(arguments.data)))
+        command = (sys.executable, "-m", "fieldcam", "--data", str(data))
         run(PhoneServer((*command, "follow"), gate), listener)
+
+
+def _say_what_is_missing(data: Path) -> None:
+    """The page waits for the walk; whoever mistyped the folder would wait with it."""
+    from fieldcam.store.read_only import open_read_only
+
+    try:
+        open_read_only(data).close()
+    except FieldcamError as error:
+        narrate(f"There is no walk to show yet, the page waits for one: {error}")
 
 
 def _show_code(code: str) -> None:
