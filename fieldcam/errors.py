@@ -28,10 +28,14 @@ class ExitCode(IntEnum):
     """A defect of fieldcam itself."""
 
 
+OF_SIGNALS = 128
+"""Shells expect this, and the signal's number more, of a program that a signal ended."""
+
+
 class FieldcamError(Exception):
     """Base of every error that fieldcam raises on purpose."""
 
-    exit_code = ExitCode.BAD_INPUT
+    exit_code: int = ExitCode.BAD_INPUT
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -185,7 +189,16 @@ class AnalysisOff(AnalysisFailed):
 
 
 class ScreenLost(FieldcamError):
-    """The screens were killed."""
+    """The screens were killed by somebody else, or by the system."""
+
+    def __init__(self, message: str, hint: str, number: int) -> None:
+        """`number` is the signal's."""
+        super().__init__(message, hint)
+        self.exit_code = OF_SIGNALS + number
+
+
+class ScreenCrashed(FieldcamError):
+    """The screens ended by a fault of their own, below Python."""
 
     exit_code = ExitCode.DEFECT
 

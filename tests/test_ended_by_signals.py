@@ -61,6 +61,7 @@ def test_a_signal_while_a_picture_is_taken(
         os.kill(terminal.pid, number)
         assert terminal.ended() == 128 + number
         assert terminal.left_on() == []
+        assert "Finishing the picture that is being taken …" in terminal.seen
         assert terminal.seen.rstrip().endswith("fieldcam: stopped.")
     with small_store(tmp_path) as store:
         made = MadeWalk(store)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
 import sys
@@ -9,12 +10,13 @@ import termios
 import tty
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from terminals import Terminal
 
 from fieldcam.cli import launcher
-from fieldcam.errors import ScreenLost
+from fieldcam.errors import FieldcamError
 
 
 def say(words: str) -> None:
@@ -26,9 +28,15 @@ def kill_itself(number: int) -> None:
     os.kill(os.getpid(), number)
 
 
+def crash() -> None:
+    faulthandler.disable()
+    kill_itself(signal.SIGSEGV)
+
+
 ENDS: dict[str, tuple[Callable[[], object], int, str]] = {
-    "killed": (lambda: kill_itself(signal.SIGKILL), 0, "ended from outside (Killed)"),
-    "stopped": (lambda: kill_itself(signal.SIGQUIT), 0, "ended from outside (Quit)"),
+    "killed": (lambda: kill_itself(signal.SIGKILL), 137, "by the system (Killed)"),
+    "stopped": (lambda: kill_itself(signal.SIGQUIT), 131, "by the system (Quit)"),
+    "crashed": (crash, 70, "crashed (Segmentation fault)"),
     "ended": (lambda: None, 0, "ended well"),
     "failed": (lambda: sys.exit(4), 4, ""),
     "left": (lambda: os._exit(0), 0, "ended well"),
@@ -36,6 +44,7 @@ ENDS: dict[str, tuple[Callable[[], object], int, str]] = {
 
 
 def wait() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     say("waiting")
     signal.pause()
 
@@ -53,8 +62,9 @@ def started(deed: Callable[[], object]) -> Terminal:
         try:
             launcher.launch(screens)
             say("ended well")
-        except ScreenLost as lost:
+        except FieldcamError as lost:
             say(lost.message)
+            sys.exit(lost.exit_code)
 
     return Terminal(run)
 
@@ -68,14 +78,38 @@ def test_the_terminal_is_put_in_order(how: str) -> None:
         assert terminal.left_on() == []
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
 def test_what_is_sent_to_the_launcher_is_meant_for_the_screens(number: int) -> None:
     with started(wait) as terminal:
         terminal.wait_for("waiting")
         os.kill(terminal.pid, number)
         terminal.ended()
-        assert "ended from outside" in terminal.seen
+        assert "were killed" in terminal.seen
         assert terminal.left_on() == []
+
+
+def test_ctrl_c_reaches_the_screens_once() -> None:
+    """As long as they have not made a key of it, the terminal sends it to both processes."""
+
+    def count() -> None:
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+        termios.tcsetattr(0, termios.TCSANOW, cooked)
+        say("waiting")
+        signal.sigwait([signal.SIGINT])
+        say("twice" if signal.sigtimedwait([signal.SIGINT], 0.2) else "once")
+        os._exit(0)
+
+    cooked: list[Any] = []
+
+    def run() -> None:
+        cooked.extend(termios.tcgetattr(0))
+        launcher.launch(count)
+
+    with Terminal(run) as terminal:
+        terminal.wait_for("waiting")
+        terminal.press("\x03")
+        assert terminal.ended() == 0
+        assert "once" in terminal.seen
 
 
 def test_the_screens_are_asked_to_end_when_the_launcher_is_killed(tmp_path: Path) -> None:

@@ -13,8 +13,9 @@ import sys
 import termios
 from collections.abc import Callable
 from contextlib import suppress
+from types import FrameType
 
-from fieldcam.errors import ScreenLost
+from fieldcam.errors import FieldcamError, ScreenCrashed, ScreenLost
 from fieldcam.parentage import die_with
 
 RESET = (
@@ -23,7 +24,9 @@ RESET = (
     "\x1b[?1004l\x1b[?2004l\x1b[?2026l\x1b[?2048l"  # focus, paste, frames, sizes
     "\x1b[?1049l\x1b[?7h\x1b[?25h\x1b[0m"  # main screen, line wrap, cursor, plain colours
 )
-_FOR_THE_SCREENS = (signal.SIGTERM, signal.SIGHUP)
+_FOR_THE_SCREENS = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
+_CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGILL, signal.SIGFPE)
+_KEPT = "All that was saved is kept: start again to go on where you stopped."
 _launched = False
 """Whether this process is the child of a launcher."""
 
@@ -31,9 +34,9 @@ _launched = False
 def launch(screens: Callable[[], None]) -> None:
     """Run the screens; both the child and this process return when they have ended.
 
-    Raises ScreenLost where a signal ended them, and leaves with their own exit
-    status where that is not zero. Call it before any thread is started. Screens that
-    lead to others need no launcher for those.
+    Raises ScreenLost where a signal ended them and ScreenCrashed where that was their
+    own fault, and leaves with their own exit status where that is not zero. Call it
+    before any thread is started. Screens that lead to others need no launcher for those.
     """
     global _launched
     if _launched or not sys.stdin.isatty():
@@ -51,25 +54,33 @@ def launch(screens: Callable[[], None]) -> None:
         die_with(launcher, signal.SIGTERM)
         screens()
         return
-    status = _outlive(child)
+    status = _outlive(child, terminal)
     with suppress(termios.error):  # there is nothing to put in order where it was closed
         if os.WIFSIGNALED(status) or termios.tcgetattr(terminal) != before:
             _put_in_order(terminal, before)
     if os.WIFSIGNALED(status):
-        name = signal.strsignal(os.WTERMSIG(status))
-        raise ScreenLost(
-            f"The screens were ended from outside ({name}).",
-            "All that was saved is kept: start again to go on where you stopped.",
-        )
+        raise _lost(os.WTERMSIG(status))
     if code := os.waitstatus_to_exitcode(status):
         sys.exit(code)  # the child has said why
 
 
-def _outlive(child: int) -> int:
+def _lost(number: int) -> FieldcamError:
+    name = signal.strsignal(number)
+    if number in _CRASHES:
+        return ScreenCrashed(f"The screens crashed ({name}).", _KEPT)
+    sentence = f"The screens were killed by another program or by the system ({name})."
+    return ScreenLost(sentence, _KEPT, number)
+
+
+def _outlive(child: int, terminal: int) -> int:
     """How the child ended; what is sent to this process is meant for it."""
+
+    def hand_on(number: int, frame: FrameType | None) -> None:
+        if number != signal.SIGINT or not _sends_interrupts(terminal):
+            os.kill(child, number)
+
     for number in _FOR_THE_SCREENS:
-        signal.signal(number, lambda received, frame: os.kill(child, received))
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal sends it to both
+        signal.signal(number, hand_on)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _FOR_THE_SCREENS)
     while True:
         _, status = os.waitpid(child, os.WUNTRACED)
@@ -78,6 +89,14 @@ def _outlive(child: int) -> int:
         # The shell takes the terminal back only when its own child stops too.
         os.kill(os.getpid(), signal.SIGSTOP)
         os.kill(child, signal.SIGCONT)
+
+
+def _sends_interrupts(terminal: int) -> bool:
+    """Whether Ctrl+C is a signal there, which both processes get, and not a key."""
+    try:
+        return bool(termios.tcgetattr(terminal)[3] & termios.ISIG)
+    except termios.error:
+        return False
 
 
 def _put_in_order(terminal: int, before: list[int | list[bytes | int]]) -> None:

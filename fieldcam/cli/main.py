@@ -28,7 +28,7 @@ from fieldcam.cli import (
 )
 from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import flush, narrate
-from fieldcam.errors import ExitCode, FieldcamError, OutputLost, Stopped
+from fieldcam.errors import OF_SIGNALS, ExitCode, FieldcamError, OutputLost, Stopped
 
 GROUPS = (
     sizing,
@@ -43,8 +43,6 @@ GROUPS = (
     models,
     doctor,
 )
-OF_SIGNALS = 128
-"""Shells expect this, and the signal's number more, of a program that a signal ended."""
 
 
 def entry_point() -> None:

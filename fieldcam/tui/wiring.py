@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 from fieldcam.analysis.requests import Setup
@@ -16,6 +17,7 @@ from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.setting_up import SetUp
+from fieldcam.session.state import CameraState
 from fieldcam.session.walk import DEADLINE_S
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
@@ -80,5 +82,14 @@ def run(
             app.run()
         finally:
             if app.walk is not None:
+                if app.state is not None and app.state.camera is CameraState.EXPOSING:
+                    _say("Finishing the picture that is being taken …")
                 app.walk.close()
     app.raise_defect()
+
+
+def _say(sentence: str) -> None:
+    """On the terminal that the screens gave back."""
+    with suppress(OSError):  # it may be closed
+        sys.stderr.write(f"{sentence}\n")
+        sys.stderr.flush()
