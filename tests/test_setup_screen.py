@@ -339,7 +339,10 @@ def visits(store: Store, setup: SetUp) -> tuple[VisitSummary, ...]:
 
 
 def test_what_the_start_up_check_found_is_read_first(north: SetUp) -> None:
-    found = ["Image files that are missing: 2; first ab.pgm.", "The disk is nearly full."]
+    found = [
+        "Image files that are missing: 2, of tag 11 of 21 May 2026.",
+        "The disk is nearly full.",
+    ]
 
     async def script(driven: Driven) -> None:
         assert all(sentence in driven.text for sentence in found)

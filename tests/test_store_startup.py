@@ -12,7 +12,7 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from stored_walks import MadeWalk, SteppingClock, raw_pair, small_store
+from stored_walks import FIRST_DAY, MadeWalk, SteppingClock, raw_pair, small_store
 
 from fieldcam.errors import DatabaseTooNew, StorageDamaged, StorageError, StorageFull
 from fieldcam.store.captures import load_raw
@@ -144,6 +144,35 @@ def test_a_missing_or_changed_image_is_reported(
         assert (problem.entry, problem.name, problem.fault) == (saved.key, saved.left.name, fault)
         assert rehash(store.database, store.objects) == (problem,)
         store.save(raw_pair(9))
+
+
+@pytest.mark.parametrize(
+    ("harm", "what"), [(delete, "missing"), (flip_a_byte, "not what was saved")]
+)
+def test_pictures_without_their_files_are_named_by_tag_and_day(
+    tmp_path: Path, harm: Callable[[Path], None], what: str
+) -> None:
+    with small_store(tmp_path) as store:
+        made = MadeWalk(store)
+        for tag_id in (11, 21):
+            saved = made.take(made.visit(), tag_id)
+            harm(saved.left)
+            harm(saved.right)
+        (sentence,) = startup_check(store).sentences
+    day = f"{FIRST_DAY:%d %b %Y}"
+    assert sentence.startswith(f"Image files that are {what}: 4, of tag 21 of {day}, tag 11 of")
+    assert "Copy them back" in sentence and saved.left.name[:8] not in sentence
+
+
+def test_only_the_first_of_many_hurt_files_are_named(tmp_path: Path) -> None:
+    with small_store(tmp_path) as store:
+        made = MadeWalk(store)
+        for days_later in (0, 1):
+            for tag_id in made.tags:
+                made.take(made.visit(days_later), tag_id).left.unlink()
+        store.objects.path(store.keep_calibration(b"a camera")).unlink()
+        (sentence,) = startup_check(store).sentences
+    assert "missing: 9, of a calibration, tag 22 of" in sentence and " and 4 more." in sentence
 
 
 def test_a_damaged_page_is_one_sentence(tmp_path: Path) -> None:

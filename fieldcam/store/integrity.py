@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 from enum import StrEnum
 
 from sqlite_utils import Database
@@ -40,6 +41,8 @@ class FileProblem:
     """The capture, or the row of a loose file; None: no row names the file."""
     name: str
     fault: Fault
+    belongs_to: str = "no picture"
+    """In the operator's words, such as a picture's tag and day."""
 
 
 def quick_check(database: Database) -> None:
@@ -58,13 +61,13 @@ def check_files(database: Database, objects: Objects) -> tuple[FileProblem, ...]
     """Presence and size of every file, and the content of the newest."""
     files = rows(database, _FILES)
     newest = {file["id"] for file in files[: 2 * NEWEST]}
-    return tuple(_problems(objects, files, hashed=newest))
+    return _named(database, _problems(objects, files, hashed=newest))
 
 
 def rehash(database: Database, objects: Objects) -> tuple[FileProblem, ...]:
     """Reads every file; about 2 s for 1,000 pairs from a fast disk."""
     files = rows(database, _FILES)
-    return tuple(_problems(objects, files, hashed={file["id"] for file in files}))
+    return _named(database, _problems(objects, files, hashed={file["id"] for file in files}))
 
 
 def _problems(
@@ -79,6 +82,28 @@ def _problems(
             continue
         if size != file["bytes"] or (entry in hashed and not objects.is_intact(name)):
             yield FileProblem(entry, name, Fault.CHANGED)
+
+
+def _named(database: Database, problems: Iterable[FileProblem]) -> tuple[FileProblem, ...]:
+    """With what each file belongs to, which is looked up only where there is a problem."""
+    found = tuple(problems)
+    owners = _owners(database) if found else {}
+    return tuple(replace(each, belongs_to=owners[each.entry]) for each in found)
+
+
+def _owners(database: Database) -> dict[EntryId | None, str]:
+    sql = "SELECT id, role FROM object_file"
+    others = {row["id"]: f"a {row['role'].replace('_', ' ')}" for row in rows(database, sql)}
+    sql = (
+        "SELECT capture.id, capture.tag_id, coalesce(visit.day, capture.taken_at) AS day"
+        " FROM capture_now AS capture LEFT JOIN visit ON visit.id = capture.visit"
+    )
+    return others | {row["id"]: _picture(row["tag_id"], row["day"]) for row in rows(database, sql)}
+
+
+def _picture(tag_id: int | None, day: str) -> str:
+    what = "a picture" if tag_id is None else f"tag {tag_id}"
+    return f"{what} of {datetime.fromisoformat(day):%d %b %Y}"
 
 
 def _pragma_check(database: Database, pragma: str) -> None:

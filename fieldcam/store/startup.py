@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -19,6 +19,8 @@ from fieldcam.store.store import Store
 from fieldcam.words import number_of
 
 CLOCK_TOLERANCE = timedelta(minutes=2)
+MOST_NAMED = 5
+TO_DO = "Copy them back from another copy of this data folder; sizes that were read are kept."
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,10 +119,10 @@ def _sentences(report: StartupReport) -> Iterator[str]:
         yield f"Single images kept without their other eye: {len(taken_up.loose)}."
     broken = [*taken_up.broken, *(p for p in report.problems if p.fault is Fault.CHANGED)]
     if broken:
-        yield f"Image files that are not what was saved: {len(broken)}; first {broken[0].name}."
+        yield f"Image files that are not what was saved: {len(broken)}, {_of(broken)}. {TO_DO}"
     missing = [p for p in report.problems if p.fault is Fault.MISSING]
     if missing:
-        yield f"Image files that are missing: {len(missing)}; first {missing[0].name}."
+        yield f"Image files that are missing: {len(missing)}, {_of(missing)}. {TO_DO}"
     if report.copied:
         yield "This data folder comes from another machine; its rows are counted anew here."
     if taken_up.left:
@@ -135,3 +137,10 @@ def _sentences(report: StartupReport) -> Iterator[str]:
         yield report.no_room
     elif not report.reserve:
         yield "The disk is nearly full."
+
+
+def _of(problems: Sequence[FileProblem]) -> str:
+    """Whose files these are; the first few."""
+    owners = list(dict.fromkeys(problem.belongs_to for problem in problems))
+    more = f" and {len(owners) - MOST_NAMED} more" if len(owners) > MOST_NAMED else ""
+    return f"of {', '.join(owners[:MOST_NAMED])}{more}"
