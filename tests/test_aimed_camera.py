@@ -74,6 +74,15 @@ def test_the_same_cluster_again_is_another_view(
     assert {Wanted(8, 0), Wanted(8, 1)} <= set(pictures.asked)
 
 
+def test_views_go_on_where_an_earlier_walk_stopped(pictures: ToldPictures) -> None:
+    with AimedCamera(pictures, {8: 4}) as camera:
+        camera.capture(PATIENCE_S)
+        camera.aim(9)
+        camera.capture(PATIENCE_S)
+    assert {Wanted(8, 4), Wanted(9, 0)} <= set(pictures.asked)
+    assert Wanted(8, 0) not in pictures.asked
+
+
 def test_pictures_that_take_too_long_are_said(pictures: ToldPictures, camera: AimedCamera) -> None:
     camera.capture(PATIENCE_S)
     pictures.may.clear()

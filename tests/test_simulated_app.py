@@ -13,6 +13,7 @@ from made_readings import CAMERA
 from made_states import AIM
 from stored_walks import raw_pair
 
+from fieldcam.camera.aimed import AimedCamera
 from fieldcam.camera.simulated import SimulatedRow
 from fieldcam.cli import demo, main
 from fieldcam.errors import ExitCode
@@ -75,8 +76,18 @@ def test_the_demo_says_what_comes_after_the_day(
         for _ in range(walked):
             _, visit = _visit(store, _block(store, 1, ROW), ROW.first_day, (0, 2))
             store.append(*(Skip(visit, tag_id) for tag_id in ROW.tag_ids))
+        if walked == 2:
+            for seed in range(2):
+                store.save(raw_pair(seed, simulated=True), visit=visit, tag_expected=9)
+                store.append(Skip(visit, 9))
     lines: list[str] = []
     told: list[LiveEvent] = []
+
+    cameras: list[dict[int, int]] = []
+
+    def camera(pictures: object, taken: dict[int, int]) -> AimedCamera:
+        cameras.append(taken)
+        return cast(AimedCamera, None)
 
     def run(start: Callable[[Listener], None], found: Sequence[str], *_: object) -> None:
         lines.extend(found)
@@ -86,6 +97,8 @@ def test_the_demo_says_what_comes_after_the_day(
         cast(Listener, given[-1])(Changed(AIM))
 
     monkeypatch.setattr(simulated, "OrchardProcess", NoRenderer)
+    monkeypatch.setattr(simulated, "AimedCamera", camera)
+    monkeypatch.setattr(simulated, "tricks", lambda *_: ())
     monkeypatch.setattr(simulated, "run", run)
     monkeypatch.setattr(simulated, "start_walk", start_walk)
     simulated.walk_simulated_row(tmp_path, 1, 3, (0, 2))
@@ -94,6 +107,7 @@ def test_the_demo_says_what_comes_after_the_day(
     sentence = banner(replace(event.state, tag_id=None, shown=None)).sentence
     assert ("next day" in sentence) == (walked == 0)
     assert (f"after 2 days: to begin anew remove {tmp_path}" in sentence) == (walked > 0)
+    assert cameras == [{8: 0, 9: 2 if walked == 2 else 0, 10: 0}]
     assert any(str(tmp_path) in line for line in lines) == (walked == 2)
 
 

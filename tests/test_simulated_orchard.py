@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 pytest.importorskip("embreex", reason="the simulator extra is not installed")
 
-from fieldcam.simulator.capture import CALIBRATIONS, draw_shot, expose
+from fieldcam.simulator.capture import CALIBRATIONS, _raw_pair, draw_shot, expose
 from fieldcam.simulator.faults import Fault, Faults
 from fieldcam.simulator.mesh import Part, join
 from fieldcam.simulator.plan import Block
@@ -149,6 +149,12 @@ def test_faults_change_the_exposure_in_order_of_severity(kind: Fault, darker: bo
         for s in range(1, 6)
     ]
     assert exposures == sorted(exposures, reverse=darker)
+
+
+def test_no_two_pictures_of_a_day_have_the_same_time() -> None:
+    eyes = (np.zeros((4, 6, 3), np.uint8),) * 2
+    times = {_raw_pair(eyes, 2, n, view).taken_at for n in range(30) for view in range(10)}
+    assert len(times) == 300
 
 
 def test_the_printed_tag_reads_as_its_id() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from enum import StrEnum
@@ -84,12 +84,13 @@ class AimedCamera:
     It can be opened again after it was closed.
     """
 
-    def __init__(self, pictures: Pictures) -> None:
+    def __init__(self, pictures: Pictures, taken: Mapping[int, int] | None = None) -> None:
+        """`taken` says how many pictures of each tag there were before; their clock goes on."""
         self._pictures = pictures
         self._lock = threading.Lock()
         self._maker: ThreadPoolExecutor | None = None
         self._ahead: dict[Wanted, Future[RawPair]] = {}
-        self._views: Counter[int] = Counter()
+        self._views: Counter[int] = Counter(taken)
         self._aim = pictures.tag_ids[0]
         self._mishap: Mishap | None = None
         self._pulled: Future[RawPair] = Future()

@@ -130,7 +130,8 @@ def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredV
     from fieldcam.simulator.capture import FIRST_DAY
     from fieldcam.store import orchard_rows
 
-    name = f"Simulated row {block.seed}, {number_of(len(block.clusters), 'cluster')}"
+    clusters = number_of(len(block.clusters), "cluster")
+    name = f"Row {block.seed}, {clusters}, walked without a screen"
     store.sign_in("demo")
     stored = store.block(orchard_rows.Block(name))
     for day in days:

@@ -242,7 +242,8 @@ def _truth(renderer: Renderer, left: EyeView, right: EyeView) -> Truth:
 
 
 def _raw_pair(images: tuple[ImageU8, ...], day: float, cluster_index: int, view: int) -> RawPair:
-    taken = FIRST_DAY + timedelta(days=day, seconds=20 * cluster_index + 5 * view)
+    # Far enough apart that the views of one cluster do not reach into the next ones' turn.
+    taken = FIRST_DAY + timedelta(days=day, minutes=10 * view, seconds=20 * cluster_index)
     stamp = int(taken.timestamp() * 1e9)
     return RawPair(
         left=images[0],

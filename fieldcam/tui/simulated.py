@@ -45,7 +45,9 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
         set_up = SetUp(store, lambda: orchard.row.first_day + timedelta(days=day))
         set_up.sign_in("demo")
         set_up.block, set_up.visit = block, visit
-        camera = AimedCamera(OrchardDay(orchard, day))
+        stops = walk_route(store.database, visit).stops
+        taken = {stop.tag_id: len(stop.captures) for stop in stops}
+        camera = AimedCamera(OrchardDay(orchard, day), taken)
 
         def start(listener: Listener) -> LiveWalk:
             analysis = Setup(orchard.row.calibration, data=data_path(data))
@@ -62,7 +64,9 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
 
 def _block(store: Store, seed: int, row: SimulatedRow) -> EntryId:
     """The row as a block of trees, made when it is new."""
-    block = store.block(Block(f"Row {seed}, {number_of(len(row.tag_ids), 'cluster')}, by hand"))
+    block = store.block(
+        Block(f"Row {seed}, {number_of(len(row.tag_ids), 'cluster')}, walked by hand")
+    )
     if not walk_route(store.database, store.visit(block, row.first_day)).stops:
         for index, tag_id in enumerate(row.tag_ids):
             tree = store.tree(block, str(index // CLUSTERS_PER_TREE + 1))
