@@ -129,6 +129,26 @@ def test_the_file_is_a_pdf_whose_table_is_right(paper: Paper) -> None:
         assert int(length) == len(stream)
 
 
+@pytest.mark.parametrize(("cards", "crosses"), [(1, 4), (3, 8), (4, 10), (5, 12), (12, 20)])
+def test_crosses_stand_at_cards_only(cards: int, crosses: int) -> None:
+    layout = Layout(Paper.A4, TAG_SIZE_MM)
+    assert layout.grid[0] == 4
+    (sheet,) = tag_sheets(0, cards, layout)
+    middles = {
+        (round(box.x_mm + box.width_mm / 2, 3), round(box.y_mm + box.height_mm / 2, 3))
+        for box in sheet.rectangles
+        if 3.0 in (box.width_mm, box.height_mm)
+    }
+    width, height = layout.card_mm
+    corners = {
+        (round(x_mm + across * width, 3), round(y_mm + up * height, 3))
+        for x_mm, y_mm in map(layout.corner_mm, range(cards))
+        for across in (0, 1)
+        for up in (0, 1)
+    }
+    assert middles == corners and len(middles) == crosses
+
+
 def test_text_cannot_break_out_of_its_string() -> None:
     from fieldcam.report.tag_sheets import Text
 

@@ -110,7 +110,7 @@ def tag_sheets(first: int, count: int, layout: Layout) -> tuple[Sheet, ...]:
 
 
 def _sheet(ids: range, layout: Layout) -> Sheet:
-    rectangles = [*_cut_marks(layout), *ruler()]
+    rectangles = [*_cut_marks(len(ids), layout), *ruler()]
     texts = [_title(ids, layout), *ruler_texts()]
     for place, tag_id in enumerate(ids):
         x_mm, y_mm = layout.corner_mm(place)
@@ -131,13 +131,18 @@ def _tag(tag_id: int, x_mm: float, y_mm: float, cell_mm: float) -> Iterator[Rect
         )
 
 
-def _cut_marks(layout: Layout, arm_mm: float = 1.5) -> Iterator[Rectangle]:
-    """A cross at every corner that cards share."""
-    columns, rows = layout.grid
+def _cut_marks(cards: int, layout: Layout, arm_mm: float = 1.5) -> Iterator[Rectangle]:
+    """A cross at every corner of a card, once where cards share it."""
+    columns, _ = layout.grid
     width, height = layout.card_mm
-    x0_mm, y0_mm = layout.corner_mm(columns * (rows - 1))
-    for column, row in product(range(columns + 1), range(rows + 1)):
-        x_mm, y_mm = x0_mm + column * width, y0_mm + row * height
+    corners = {
+        (column + right, row + below)
+        for row, column in (divmod(place, columns) for place in range(cards))
+        for right, below in product((0, 1), (0, 1))
+    }
+    left_mm, bottom_mm = layout.corner_mm(0)
+    for column, row in sorted(corners):
+        x_mm, y_mm = left_mm + column * width, bottom_mm + (1 - row) * height
         yield Rectangle(x_mm - arm_mm, y_mm - LINE_MM / 2, 2 * arm_mm, LINE_MM)
         yield Rectangle(x_mm - LINE_MM / 2, y_mm - arm_mm, LINE_MM, 2 * arm_mm)
 
