@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
@@ -19,7 +19,7 @@ from made_readings import CAMERA, TAG, disc_mask, made_fruitlet, made_reading
 from fieldcam.analysis.direct import DirectAnalyst
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
 from fieldcam.cli import main
-from fieldcam.errors import CameraUnplugged, ExitCode
+from fieldcam.errors import AnalysisTimeout, CameraUnplugged, ExitCode
 from fieldcam.simulator import Block, Faults
 from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.objects import Objects
@@ -63,6 +63,8 @@ class FakePipeline:
     """Sees the first of the two fruitlets, always at 9.1 mm."""
 
     asked: list[Expectation]
+    too_slow: set[int] = field(default_factory=set)
+    """Which calls, counted from 0, end in no reading."""
 
     def analyse(
         self,
@@ -72,6 +74,8 @@ class FakePipeline:
         settings: Settings,
     ) -> ClusterReading:
         self.asked.append(expectation)
+        if len(self.asked) - 1 in self.too_slow:
+            raise AnalysisTimeout("The analysis took longer than 10 s.")
         assert expectation.tag_id is not None
         fruitlets = [made_fruitlet(0, (100.0, 100.0), 9.1)]
         return made_reading(
@@ -134,6 +138,23 @@ def test_without_a_terminal_the_demo_needs_no_screen(
 ) -> None:
     assert main([*WALK[:1], *WALK[2:], "--data", str(tmp_path)]) == ExitCode.OK
     assert "captures 4" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("too_slow", "read"), [({1}, 4), ({1, 4}, 3), ({0, 1, 2, 3}, 4)])
+def test_what_was_not_read_is_tried_once_more(
+    tmp_path: Path,
+    pipeline: FakePipeline,
+    capsys: pytest.CaptureFixture[str],
+    too_slow: set[int],
+    read: int,
+) -> None:
+    pipeline.too_slow = too_slow
+    assert main([*WALK, "--data", str(tmp_path)]) == ExitCode.OK
+    out, err = capsys.readouterr()
+    assert f"captures 4 stored, {read} read, sizes" in out
+    assert err.count("took longer than 10 s.") == len(too_slow)
+    kept = rows(connect_read_only(tmp_path / DATABASE_NAME), "SELECT action FROM capture_now")
+    assert sum(row["action"] == "accept" for row in kept) == read
 
 
 def test_people_are_told_that_nothing_here_is_real(

@@ -27,8 +27,10 @@ if TYPE_CHECKING:
     from fieldcam.camera.simulated import SimulatedCamera
     from fieldcam.report.scoring import Scored, ScoredCapture
     from fieldcam.session.recording import StoredVisit
-    from fieldcam.session.walk import Analyst
+    from fieldcam.session.walk import Analysed, Analyst
     from fieldcam.simulator import Block
+    from fieldcam.simulator.truth import Truth
+    from fieldcam.store.captures import SavedCapture
     from fieldcam.store.store import Store
 
 RENDER_DEADLINE_S = 120.0
@@ -45,6 +47,16 @@ class _Stop:
     scored: ScoredCapture
     duration_ms: float
     """From saved to reading."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Unread:
+    """A picture that is stored, and that the analysis could not read."""
+
+    visit: StoredVisit
+    saved: SavedCapture
+    day: int
+    truth: Truth
 
 
 def register(commands: Subparsers[Parser]) -> None:
@@ -85,7 +97,10 @@ def _demo(arguments: argparse.Namespace) -> None:
         stops.append(stop)
         if not arguments.json:
             emit("\n".join(_stop_lines(stop)) + "\n")
-    figures = summary(stop.scored for stop in stops)
+    figures = {
+        "stored": len(block.clusters) * len(arguments.days),
+        **summary(stop.scored for stop in stops),
+    }
     if arguments.json:
         entries = [_stop_entry(stop) for stop in stops]
         note = {"simulated": True, "note": models.honesty}
@@ -106,7 +121,7 @@ def _replay(arguments: argparse.Namespace) -> None:
 
 
 def _walk(arguments: argparse.Namespace, block: Block) -> Iterator[_Stop]:
-    """All captures that could be read, as they come; the others are narrated."""
+    """All captures that could be read, as they come; the others are tried again at the end."""
     from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
     from fieldcam.simulator import calibration_of
     from fieldcam.store.folder import DataKind, data_path
@@ -120,8 +135,14 @@ def _walk(arguments: argparse.Namespace, block: Block) -> Iterator[_Stop]:
         open_analyst(calibration_of(block), data_path(arguments.data), path) as analyst,
         SimulatedCamera(block, pictures) as camera,
     ):
+        unread = []
         for visit in _visits(store, block, arguments.days):
-            yield from _walk_once(camera, visit, analyst, block)
+            for taken in _walk_once(camera, visit, analyst, block):
+                if isinstance(taken, _Stop):
+                    yield taken
+                else:
+                    unread.append(taken)
+        yield from _read_again(unread, analyst)
 
 
 def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredVisit]:
@@ -140,20 +161,40 @@ def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredV
 
 def _walk_once(
     camera: SimulatedCamera, visit: StoredVisit, analyst: Analyst, block: Block
-) -> Iterator[_Stop]:
-    """One picture of each cluster; those that need no retake are accepted."""
-    from fieldcam.report.scoring import score_capture
+) -> Iterator[_Stop | _Unread]:
+    """One picture of each cluster."""
     from fieldcam.session.walk import Analysed, NotAnalysed, walk
 
     expected = (visit.expectation(cluster.tag_id) for cluster in block.clusters)
     for event in walk(camera, visit, analyst, expected, RENDER_DEADLINE_S):
         day, truth = camera.last.visit.day, camera.last.capture.truth
         if isinstance(event, NotAnalysed):
-            narrate(f"Tag {truth.tag_id}, day {day}: {event.error}")
+            narrate(f"Tag {truth.tag_id}, day {day}: {event.error} It is tried again at the end.")
+            yield _Unread(visit, event.capture, day, truth)
         elif isinstance(event, Analysed):
-            if event.reading.verdict.status is not Status.RETAKE:
-                visit.accept(event.capture)
-            yield _Stop(truth.tag_id, day, score_capture(event.reading, truth), event.duration_ms)
+            yield _stop(visit, event, day, truth)
+
+
+def _read_again(unread: Sequence[_Unread], analyst: Analyst) -> Iterator[_Stop]:
+    """A machine that was busy may have time now; what fails once more stays unread."""
+    from fieldcam.session.walk import NotAnalysed, analyse
+
+    for each in unread:
+        tag_id = each.truth.tag_id
+        event = analyse(each.visit, analyst, each.saved, each.visit.expectation(tag_id))
+        if isinstance(event, NotAnalysed):
+            narrate(f"Tag {tag_id}, day {each.day}: {event.error}")
+        else:
+            yield _stop(each.visit, event, each.day, each.truth)
+
+
+def _stop(visit: StoredVisit, event: Analysed, day: int, truth: Truth) -> _Stop:
+    """What was read beside the truth; a picture that needs no retake is accepted."""
+    from fieldcam.report.scoring import score_capture
+
+    if event.reading.verdict.status is not Status.RETAKE:
+        visit.accept(event.capture)
+    return _Stop(truth.tag_id, day, score_capture(event.reading, truth), event.duration_ms)
 
 
 def _stop_lines(stop: _Stop) -> list[str]:
@@ -221,7 +262,8 @@ def _summary_lines(figures: Mapping[str, Any]) -> list[str]:
         return "-" if figures[name] is None else f"{figures[name]:{form}} mm"
 
     return [
-        f"captures {figures['captures']}, sizes {figures['sizes']}, retakes {figures['retakes']}",
+        f"captures {figures['stored']} stored, {figures['captures']} read,"
+        f" sizes {figures['sizes']}, retakes {figures['retakes']}",
         f"error: mean {millimetres('mae_mm')}, bias {millimetres('bias_mm', '+.2f')},"
         f" 95 % within {millimetres('p95_mm')}",
         f"sized: {share('sized_share_well_visible')} of the fruitlets at least 60 % visible,"

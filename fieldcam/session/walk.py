@@ -92,12 +92,13 @@ def walk(
         started = perf_counter()
         saved = record.save(raw, expectation)
         yield Saved(saved, _since_ms(started))
-        yield _analyse(record, analyst, saved, expectation)
+        yield analyse(record, analyst, saved, expectation)
 
 
-def _analyse(
+def analyse(
     record: VisitRecord, analyst: Analyst, saved: SavedCapture, expectation: Expectation
 ) -> Analysed | NotAnalysed:
+    """Read a saved pair and keep what came of it."""
     started = perf_counter()
     try:
         reading = analyst.analyse(saved, expectation)
