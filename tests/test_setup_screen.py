@@ -192,6 +192,22 @@ def test_what_is_typed_wrongly_stays_with_a_sentence(north: SetUp) -> None:
     assert north.state() == before
 
 
+def test_a_form_says_what_enter_does_and_checks_a_field_that_is_left(north: SetUp) -> None:
+    sentence = "Write the day as year-month-day"
+
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.SPRAYS)
+        assert "NEXT  Enter" in driven.text and "TAKE IT  Enter" not in driven.text
+        await driven.press("x", "enter")
+        assert sentence in driven.text
+        await driven.press("up", "end", "backspace", "down", "down")
+        assert sentence not in driven.text
+        assert "TAKE IT  Enter" in driven.text and "NEXT  Enter" not in driven.text
+
+    drive(SMALL, script, setup=north)
+
+
 def test_a_bad_route_keeps_its_question_open(north: SetUp, tmp_path: Path) -> None:
     route = tmp_path / "route.csv"
     route.write_text("tree,tag\n1,5\n1,5\n")

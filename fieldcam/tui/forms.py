@@ -27,6 +27,8 @@ class Field:
     label: str
     first: str = ""
     """What stands in it already."""
+    check: Callable[[str], object] | None = None
+    """Raises BadInput for what is wrong in it, as soon as the field is left."""
 
 
 class AskForm(Dialog[Answer | None], Generic[Answer]):
@@ -53,12 +55,29 @@ class AskForm(Dialog[Answer | None], Generic[Answer]):
                     yield Input(field.first, max_length=LONGEST)
             yield Static(id="wrong", markup=False)
             with Horizontal(classes="keys"):
-                yield BigButton("TAKE IT  Enter", action="screen.take")
+                yield BigButton("NEXT  Enter", id="next", action="app.focus_next")
+                yield BigButton("TAKE IT", id="take", action="screen.take")
                 yield BigButton("BACK  Esc", action="screen.drop")
 
     def on_mount(self) -> None:
         for field in self.query(Input):
             field.cursor_blink = False
+
+    def on_descendant_focus(self) -> None:
+        """Enter takes the form in its last field only."""
+        last = self.focused is self.query(Input).last()
+        self.query_one("#next").display = not last
+        self.query_one("#take", BigButton).label = "TAKE IT  Enter" if last else "TAKE IT"
+
+    def on_input_blurred(self, event: Input.Blurred) -> None:
+        field = self._fields[list(self.query(Input)).index(event.input)]
+        try:
+            if field.check is not None:
+                field.check(event.value)
+        except BadInput as error:
+            self.query_one("#wrong", Static).update(str(error))
+        else:
+            self.query_one("#wrong", Static).update()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         if event.input is self.query(Input).last():

@@ -120,7 +120,7 @@ class Questions:
         known = self.state.sprays
 
         def another() -> None:
-            day = Field("Day", self.state.day.isoformat())
+            day = Field("Day", self.state.day.isoformat(), answers.day)
             fields = [day, Field("Product"), Field("Rate, with its unit")]
             self._form("A thinning spray:", fields, self._spray)
 
