@@ -7,11 +7,17 @@ from pathlib import Path
 from time import monotonic
 
 import pytest
-from live_walks import Walked, read, walked
+from live_walks import ToldCamera, Walked, read, walked
 
 from fieldcam.analysis.status import State, Status
 from fieldcam.camera.port import FlashStereoDevice
-from fieldcam.errors import AnalysisFailed, AnalysisOff, AnalysisTimeout, StorageFull
+from fieldcam.errors import (
+    AnalysisFailed,
+    AnalysisOff,
+    AnalysisTimeout,
+    FlashMissing,
+    StorageFull,
+)
 from fieldcam.session.book import MOST_FRUITLETS
 from fieldcam.session.events import (
     AnalysisTrouble,
@@ -31,7 +37,7 @@ from fieldcam.store.history import visit_captures
 from fieldcam.store.judgement_rows import MarkKind
 from fieldcam.store.orchard_rows import Route
 from fieldcam.store.walks import ClusterState, expectation
-from fieldcam.values import Expectation, ReasonCode
+from fieldcam.values import Expectation, RawPair, ReasonCode
 from fieldcam.values import Status as VerdictStatus
 
 RETAKE, CONFIRM = VerdictStatus.RETAKE, VerdictStatus.CONFIRM
@@ -62,6 +68,27 @@ def test_a_walk_begins_at_the_first_cluster(walk: Walked) -> None:
     assert (state.tag_id, state.next_tag, state.shown) == (11, 12, None)
     assert state.progress is not None
     assert (state.progress.tree, state.progress.trees, state.progress.clusters) == (1, 2, 2)
+
+
+class SpoiltOnce(ToldCamera):
+    """Its first picture is dark."""
+
+    def capture(self, deadline_s: float) -> RawPair:
+        if self.taken == 0:
+            self.taken += 1
+            raise FlashMissing("The flash did not fire.", "Wait until it is charged.")
+        return super().capture(deadline_s)
+
+
+def test_a_spoilt_picture_leaves_the_camera_open(tmp_path: Path) -> None:
+    with walked(tmp_path) as walk:
+        walk.camera = SpoiltOnce()
+        walk.start()
+        trouble, state = walk.after(walk.live.shoot, CameraTrouble)
+        assert trouble.error.message == "The flash did not fire."
+        assert state.camera is CameraState.READY
+        walk.after(walk.live.shoot, Saved)
+        assert (walk.camera.opened, walk.camera.closed) == (1, 0)
 
 
 def test_a_picture_is_saved_then_read_then_accepted(walk: Walked) -> None:

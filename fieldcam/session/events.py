@@ -27,6 +27,8 @@ class CameraTrouble:
     """No picture was taken."""
 
     error: FieldcamError
+    lost: bool = True
+    """The camera has to be opened again; else only the picture was spoiled."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -222,7 +222,7 @@ class LiveWalk:
     def _took(self, shot: Shot | None, event: events.ShutterEvent) -> None:
         if shot is not None:
             self._in_flight.popleft()
-        if isinstance(event, events.CameraTrouble):
+        if isinstance(event, events.CameraTrouble) and event.lost:
             self._camera, self._camera_trouble = CameraState.LOST, str(event.error)
         elif isinstance(event, events.CameraReady | events.Saved):
             self._camera = CameraState.READY

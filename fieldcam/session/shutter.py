@@ -15,7 +15,7 @@ from queue import Empty, SimpleQueue
 from time import perf_counter
 
 from fieldcam.camera.port import FlashStereoDevice
-from fieldcam.errors import FieldcamError
+from fieldcam.errors import FieldcamError, FlashMissing, FrameIncomplete
 from fieldcam.session.aiming import Aiming
 from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.events import CameraReady, CameraTrouble, Saved, ShutterEvent, StorageTrouble
@@ -175,6 +175,9 @@ class Shutter:
         try:
             camera = self._camera or self._open()
             shutter, raw = now(), camera.capture(self._deadline_s)
+        except (FrameIncomplete, FlashMissing) as error:
+            self._hear(shot, CameraTrouble(error, lost=False))
+            return
         except FieldcamError as error:
             self._let_go()
             self._missed = error.message
