@@ -309,7 +309,7 @@ def test_what_needs_a_hand_is_marked() -> None:
         disk_fact(Disk(72_000_000_000, 0, 100)),
         disk_fact(Disk(1_000, 8_000_000, 0)),
         battery_fact([Battery(9, "discharging")]),
-        *calibration_facts(TagSizes((0.03,) * 5)),
+        *calibration_facts("", TagSizes((0.03,) * 5)),
     ]
     assert all(fact.bad for fact in bad)
     assert bad[-1].text.startswith("DRIFT: sizes are off by about +3.5%")
@@ -318,9 +318,9 @@ def test_what_needs_a_hand_is_marked() -> None:
         disk_fact(Disk(72_000_000_000, 8_000_000, None)),
         battery_fact([Battery(9, "charging")]),
         battery_fact([]),
-        *calibration_facts(TagSizes((-0.005,) * 5)),
-        *calibration_facts(TagSizes((0.03,) * 2)),
-        *calibration_facts(None),
+        *calibration_facts("", TagSizes((-0.005,) * 5)),
+        *calibration_facts("", TagSizes((0.03,) * 2)),
+        *calibration_facts("", None),
         *analysis_facts(AnalysisStatus(State.READY)),
     ]
     assert not any(fact.bad for fact in good)

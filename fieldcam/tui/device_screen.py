@@ -106,7 +106,7 @@ class DeviceScreen(Page):
     def _write(self, state: WalkState, found: Equipment) -> None:
         facts = [
             *camera_facts(state.camera, found.camera),
-            *calibration_facts(self._sizes),
+            *calibration_facts(state.uncalibrated, self._sizes),
             *model_facts(self._models),
             disk_fact(found.disk),
             battery_fact(batteries()),

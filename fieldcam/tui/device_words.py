@@ -80,8 +80,11 @@ def battery_fact(batteries: Sequence[Battery]) -> Fact:
     return Fact("battery", text, low and all(b.status == "discharging" for b in batteries))
 
 
-def calibration_facts(sizes: TagSizes | None) -> Iterator[Fact]:
+def calibration_facts(uncalibrated: str, sizes: TagSizes | None) -> Iterator[Fact]:
     """The printed tag against what the camera makes of it; None while that is computed."""
+    if uncalibrated:
+        yield Fact("calibration", uncalibrated, bad=True)
+        return
     if sizes is None:
         yield Fact("calibration", "is being checked")
         return
