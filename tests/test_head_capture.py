@@ -15,7 +15,7 @@ from emulated_camera.features import LINES, STROBE_LINE
 from emulated_camera.shapes import LEFT_SERIAL, RIGHT_SERIAL, Shape
 from emulated_head import DEADLINE_S, DISPARITY, HEIGHT, QUICK, WIDTH, Bench
 
-from fieldcam.camera.genapi import Registers
+from fieldcam.camera.genapi import CommandFeature, NodeMap, Registers
 from fieldcam.camera.head import eyes
 from fieldcam.camera.head.logs import camera_log
 from fieldcam.camera.usb3vision.bootstrap import ClockSample
@@ -33,7 +33,7 @@ from fieldcam.errors import (
     FrameIncomplete,
     UsbMemoryShort,
 )
-from fieldcam.values import RawPair
+from fieldcam.values import PixelFormat, RawPair
 
 BRIEF_S = 0.15
 
@@ -203,6 +203,40 @@ def test_swapped_eyes_are_swapped_back_by_the_file(tmp_path: Path) -> None:
     with bench.opened(QUICK + swapped) as head:
         assert head.serials == (RIGHT_SERIAL, LEFT_SERIAL)
         assert_pair(head.capture(DEADLINE_S))
+
+
+def test_nothing_stays_of_an_earlier_file(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    with bench.opened() as head:
+        before = [camera.settings.snapshot() for camera in bench.cameras]
+    odd = 'pixel_format = "Mono8"\nwhite_balance_red = 3\nthroughput_bytes_per_s = 5000000\n'
+    with bench.opened(QUICK + odd) as head:
+        assert head.capture(DEADLINE_S).pixel_format is PixelFormat.MONO8
+    with bench.opened() as head:
+        assert [camera.settings.snapshot() for camera in bench.cameras] == before
+        assert head.capture(DEADLINE_S).pixel_format is PixelFormat.BAYER_RG8
+
+
+def test_a_head_that_goes_before_it_answers_its_trigger_is_starved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = NodeMap.command
+
+    def command(features: NodeMap, name: str) -> CommandFeature:
+        if name == eyes.FIRE:
+            raise CameraUnplugged("The camera is gone.")
+        return usual(features, name)
+
+    bench = Bench(tmp_path)
+    with bench.opened() as head:
+        monkeypatch.setattr(NodeMap, "command", command)
+        with pytest.raises(CameraPowerLost):
+            head.capture(DEADLINE_S)
+
+
+def test_a_line_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with Bench(tmp_path).opened(QUICK + 'charged_line = "Line99"\n') as head:
+        assert any("Line99" in note for note in head.notes)
 
 
 def test_an_unplugged_head_is_found_again_by_its_serials_and_set_up_as_before(

@@ -186,6 +186,14 @@ def test_unknown_eyes_are_ordered_by_serial_wherever_they_are_plugged_in() -> No
         assert "A is taken for the left camera" in notes[0]
 
 
+def test_the_only_other_camera_is_the_right_one_where_left_alone_is_named() -> None:
+    chosen, notes = choose(HeadSettings(left="B"), [attached("A"), attached("B")])
+    assert [camera.names.serial for camera in chosen] == ["B", "A"]
+    assert notes == ["A is taken for the right camera: camera.toml names only the left."]
+    alone = HeadSettings(left="B", layout=Carrying.SIDE_BY_SIDE)
+    assert choose(alone, [attached("A"), attached("B")]) == ([attached("B")], [])
+
+
 @pytest.mark.parametrize(
     ("settings", "plugged", "words"),
     [

@@ -181,6 +181,11 @@ class NodeMap:
     def refresh(self, name: str) -> None:
         self.cache.forget_nodes(self._dependents.carriers(name))
 
+    def forget(self) -> None:
+        """Read everything anew: the camera changed on its own, as by a stored set."""
+        self.visits.forget()
+        self.cache.clear()
+
     def _other_kind(self, name: str, wanted: str) -> FeatureMissing:
         tag = self.document.nodes[name].tag
         return FeatureMissing(f"The camera's feature {name} is no {wanted}, but {tag}.")

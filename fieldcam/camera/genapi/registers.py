@@ -133,6 +133,11 @@ class RegisterCache:
             for place in self._read_by.pop(node, ()):
                 self._entries.pop(place, None)
 
+    def clear(self) -> None:
+        """Drop everything."""
+        self._entries.clear()
+        self._read_by.clear()
+
     def forget_port(self, port: str) -> None:
         """Drop what was read through this port."""
         for place in [place for place in self._entries if place.port == port]:

@@ -14,7 +14,7 @@ from threading import Event
 
 from fieldcam.camera.genapi import NodeMap, load_feature_file
 from fieldcam.camera.head.adjusting import Adjusted, Adjustment, Need, adjust, has, value_of
-from fieldcam.camera.usb3vision.bootstrap import ClockSample, latch_clock
+from fieldcam.camera.usb3vision.bootstrap import ClockSample, latch_clock, read_u32
 from fieldcam.camera.usb3vision.clocks import DeviceClock, fit_clock
 from fieldcam.camera.usb3vision.devices import OpenCamera
 from fieldcam.camera.usb3vision.frames import Frame
@@ -37,6 +37,8 @@ FIRST_SAMPLES = 4
 STALE_NS = 5_000_000
 """A picture that was exposed this long before its trigger is another one's; beside what
 the clocks themselves are unsure of."""
+LOAD_S = 2.0
+"""For a stored set of settings."""
 SLICE_S = 0.05
 """How soon a camera gives up once the other one has failed."""
 START, STOP, FIRE = "AcquisitionStart", "AcquisitionStop", "TriggerSoftware"
@@ -69,8 +71,21 @@ class EyeCamera:
         return self._camera
 
     def set_up(self, wanted: Sequence[Adjustment]) -> Adjusted:
-        """While it is stopped; see `adjust`."""
+        """While it is stopped; see `adjust`.
+
+        Begins with what the camera has when it is switched on, so that nothing stays of
+        an earlier camera.toml or of another program.
+        """
+        with suppress(CameraRefused, FeatureMissing, FeatureRefused, CaptureTimeout):
+            self._load_start()
         return adjust(self.features, wanted)
+
+    def _load_start(self) -> None:
+        started = "UserSetDefault"
+        name = str(value_of(self.features, started)) if has(self.features, started) else "Default"
+        self.features.enumeration("UserSetSelector").value = name
+        self.features.command("UserSetLoad").run(LOAD_S)
+        self.features.forget()
 
     def start(self) -> None:
         adjust(self.features, [STREAMING])
@@ -104,10 +119,15 @@ class EyeCamera:
         return fit_clock(self._samples) if self._samples else None
 
     def fire(self) -> None:
-        """Trigger it, once: where the answer is lost, the pictures tell whether it fired."""
+        """Trigger it, once: where the answer is lost, the pictures tell whether it fired.
+
+        A head that is starved by its flash goes before it has answered, so whether it is
+        there is asked just before.
+        """
+        read_u32(self._camera.registers, 0)
+        self.fired_s = time.monotonic()
         with suppress(CameraSilent), self._camera.registers.acting():
             self.features.command(FIRE).execute()
-        self.fired_s = time.monotonic()
 
     def receive(
         self, blocks: int, fired_ns: int | None, ends_s: float, given_up: Event

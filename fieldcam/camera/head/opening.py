@@ -89,10 +89,7 @@ def choose(
         if camera.trouble is not None:
             raise camera.trouble
     if settings.left is not None:
-        wanted = [(Eye.LEFT, settings.left)]
-        if settings.right is not None:
-            wanted.append((Eye.RIGHT, settings.right))
-        return [_named(attached, eye, serial) for eye, serial in wanted], []
+        return _chosen_by_name(settings, settings.left, attached)
     by_serial = sorted(attached, key=lambda camera: camera.names.serial)
     if len(by_serial) == 1 or settings.layout not in (None, Carrying.TWO_DEVICES):
         return by_serial[:1], []
@@ -101,6 +98,21 @@ def choose(
         f"{left} is taken for the left camera, {right} for the right one: camera.toml names none."
     )
     return by_serial[:2], [sentence]
+
+
+def _chosen_by_name(
+    settings: HeadSettings, left: str, attached: Sequence[AttachedCamera]
+) -> tuple[list[AttachedCamera], list[str]]:
+    """Where only `left` is named and one other camera is there, that is the right one."""
+    eyes, notes = [_named(attached, Eye.LEFT, left)], []
+    others = [camera for camera in attached if camera.names.serial != left]
+    if settings.right is not None:
+        eyes.append(_named(attached, Eye.RIGHT, settings.right))
+    elif len(others) == 1 and settings.layout in (None, Carrying.TWO_DEVICES):
+        eyes += others
+        serial = others[0].names.serial
+        notes.append(f"{serial} is taken for the right camera: camera.toml names only the left.")
+    return eyes, notes
 
 
 def _named(attached: Sequence[AttachedCamera], eye: Eye, serial: str) -> AttachedCamera:

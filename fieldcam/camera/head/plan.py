@@ -28,6 +28,7 @@ def setting_up(settings: HeadSettings, part: Part) -> list[Adjustment]:
         *_exposure(settings),
         *_trigger(settings, part),
         *_lines(settings, part),
+        *([] if part is Part.FOLLOWER else _signals(settings)),
     ]
 
 
@@ -108,6 +109,12 @@ def _lines(settings: HeadSettings, part: Part) -> list[Adjustment]:
             Adjustment("LineSource", EXPOSURE_ACTIVE, at, Need.MUST),
         ]
     return found
+
+
+def _signals(settings: HeadSettings) -> list[Adjustment]:
+    """Lines that are only read: to name one that is not there would stay without effect."""
+    named = (settings.shutter_line, settings.charged_line)
+    return [_mode(line, "Input", Need.SHOULD) for line in named if line]
 
 
 def _timer(settings: HeadSettings) -> list[Adjustment]:

@@ -171,7 +171,7 @@ _KEYS: Mapping[str, _Key] = {
     "charged_line": _text(_LINE, empty=True),
     "flash_pause_s": _number(0, 60, " s"),
     "preview_us": _number(1, 1e6, " µs"),
-    "throughput_bytes_per_s": _whole(1_000_000, 10_000_000_000),
+    "throughput_bytes_per_s": _whole(5_000_000, 10_000_000_000),
     "rest_after_s": _number(1, 1e6, " s"),
 }
 
