@@ -191,8 +191,8 @@ class AnalysisOff(AnalysisFailed):
 class ScreenLost(FieldcamError):
     """The screens were killed by somebody else, or by the system."""
 
-    def __init__(self, message: str, hint: str, number: int) -> None:
-        """`number` is the signal's."""
+    def __init__(self, message: str, hint: str = "", number: int = 9) -> None:
+        """`number` is the signal's; that of SIGKILL where it is not known."""
         super().__init__(message, hint)
         self.exit_code = OF_SIGNALS + number
 

@@ -116,7 +116,7 @@ def test_the_next_recorded_day_comes_when_the_first_one_is_done(
 
 @pytest.mark.parametrize("terminal", [True, False])
 def test_a_folder_is_walked_at_a_terminal_only(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, terminal: bool
+    recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, terminal: bool
 ) -> None:
     asked: list[tuple[object, ...]] = []
     monkeypatch.setattr(demo, "at_a_terminal", lambda: terminal)
@@ -124,6 +124,6 @@ def test_a_folder_is_walked_at_a_terminal_only(
     monkeypatch.setattr(
         "fieldcam.tui.replayed.walk_recorded_folder", lambda *arguments: asked.append(arguments)
     )
-    command = ["--data", str(tmp_path), "demo", "--replay", str(tmp_path / "rows")]
+    command = ["--data", str(tmp_path), "demo", "--replay", str(recording)]
     assert main(command) == (ExitCode.OK if terminal else ExitCode.BAD_INPUT)
-    assert asked == ([(tmp_path, tmp_path / "rows")] if terminal else [])
+    assert asked == ([(tmp_path, recording)] if terminal else [])
