@@ -80,6 +80,10 @@ class ToldCamera:
         self.looks += 1
         return self.sight
 
+    def attend(self) -> None:
+        if not self.plugged:
+            raise CameraUnplugged("No camera answers.", "Plug it in.")
+
     def watch_shutter(self, pressed: Callable[[], None]) -> None:
         if not self.plugged:
             raise CameraUnplugged("No camera answers.", "Plug it in.")

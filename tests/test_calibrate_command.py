@@ -254,6 +254,9 @@ class BoardCamera:
     def preview(self, deadline_s: float) -> Preview | None:
         return None
 
+    def attend(self) -> None:
+        """It is always there."""
+
     def watch_shutter(self, pressed: Callable[[], None]) -> None:
         pass
 

@@ -75,6 +75,9 @@ class ScriptedHead:
     def preview(self, deadline_s: float) -> Preview | None:
         raise AssertionError
 
+    def attend(self) -> None:
+        """It is always there."""
+
     def watch_shutter(self, pressed: Callable[[], None]) -> None:
         raise AssertionError
 

@@ -110,6 +110,18 @@ def test_a_pulled_plug_costs_one_picture_and_no_walk(walk: HeadWalk) -> None:
     assert walk.shoot().capture.calibration is not None
 
 
+def test_a_head_that_nobody_uses_is_missed_and_found_again(
+    walk: HeadWalk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shutter, "ATTEND_EVERY_S", 0.05)
+    for _ in range(2):
+        walk.shoot()
+        walk.bench.emulated.unplug()
+        assert walk.heard.next(CameraTrouble).error.message == "The camera is gone."
+        walk.bench.emulated.plug()
+        assert not walk.heard.next(CameraReady).missed
+
+
 def test_the_heads_button_takes_a_picture(walk: HeadWalk) -> None:
     walk.heard.next(CameraReady)
     walk.bench.cameras[0].press_shutter()

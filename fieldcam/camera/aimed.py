@@ -138,6 +138,11 @@ class AimedCamera:
         if self._pressed is not None:
             self._pressed()
 
+    def attend(self) -> None:
+        """Raises CameraUnplugged while it is told to be."""
+        with self._lock:
+            self._check_cable()
+
     def watch_shutter(self, pressed: Callable[[], None]) -> None:
         self._pressed = pressed
 

@@ -48,6 +48,10 @@ class FlashStereoDevice(Protocol):
         """
         ...
 
+    def attend(self) -> None:
+        """Raise CameraUnplugged where it went while nobody used it; wakes nothing."""
+        ...
+
     def watch_shutter(self, pressed: Callable[[], None]) -> None:
         """Call this whenever the camera's own shutter is pressed, from any thread."""
         ...

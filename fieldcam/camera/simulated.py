@@ -96,6 +96,9 @@ class SimulatedCamera:
         """Nothing: nobody aims it."""
         return None
 
+    def attend(self) -> None:
+        """Nothing can be pulled."""
+
     def watch_shutter(self, pressed: Callable[[], None]) -> None:
         """It has none of its own."""
 

@@ -28,6 +28,8 @@ from fieldcam.values import Expectation
 PREVIEW_EVERY_S = 0.5
 PREVIEW_DEADLINE_S = 1.0
 REOPEN_EVERY_S = 2.0
+ATTEND_EVERY_S = 2.0
+"""How soon a pulled cable is said, and the head's own button works again."""
 CLOSE_S = 5.0
 """How long closing waits for a picture that is being taken."""
 
@@ -112,10 +114,12 @@ class Shutter:
         except Empty:
             return meanwhile
 
-    def _meanwhile(self) -> tuple[Callable[[], None], float | None]:
+    def _meanwhile(self) -> tuple[Callable[[], None], float]:
         if self._camera is None:
             return self._reopen, REOPEN_EVERY_S
-        return self._look, PREVIEW_EVERY_S if self._looking else None
+        if self._looking:
+            return self._look, PREVIEW_EVERY_S
+        return self._attend, ATTEND_EVERY_S
 
     def _open(self) -> FlashStereoDevice:
         camera = self._open_camera()
@@ -137,6 +141,17 @@ class Shutter:
     def _reopen(self) -> None:
         with suppress(FieldcamError):
             self._open()
+
+    def _attend(self) -> None:
+        if self._camera is None:
+            return
+        try:
+            self._camera.attend()
+        except FieldcamError as error:
+            self._let_go()
+            self._complain(error)
+        else:
+            self._complaint = ""
 
     def _start_looking(self) -> None:
         self._looking = True

@@ -120,6 +120,12 @@ class UsbStereoHead:
                 return Preview(left, step, self._flash_is_ready(head))
             return None
 
+    def attend(self) -> None:
+        """A head at rest that was given back is not asked."""
+        with self._lock:
+            for eye in () if self._head is None else self._head.eyes:
+                eye.answer()
+
     def watch_shutter(self, pressed: Callable[[], None]) -> None:
         """Does nothing where the settings name no line for the button."""
         if not self._settings.shutter_line:

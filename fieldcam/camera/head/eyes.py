@@ -118,13 +118,17 @@ class EyeCamera:
         """None where the camera's cannot be latched."""
         return fit_clock(self._samples) if self._samples else None
 
+    def answer(self) -> None:
+        """Raises CameraUnplugged where it is gone."""
+        read_u32(self._camera.registers, 0)
+
     def fire(self) -> None:
         """Trigger it, once: where the answer is lost, the pictures tell whether it fired.
 
         A head that is starved by its flash goes before it has answered, so whether it is
         there is asked just before.
         """
-        read_u32(self._camera.registers, 0)
+        self.answer()
         self.fired_s = time.monotonic()
         with suppress(CameraSilent), self._camera.registers.acting():
             self.features.command(FIRE).execute()
