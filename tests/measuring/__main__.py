@@ -26,7 +26,7 @@ from measuring.apps import Scenery, Telling, render, telling_app
 KEYS = {
     "right": ("\x1b[C", "Next tag", "At tag"),
     "left": ("\x1b[D", "Previous tag", "At tag"),
-    "capture": (" ", "Taking the picture", "Taking tag"),
+    "capture": (" ", "Taking the picture", "saved"),
     "skip": ("k", "Skip", "skipped"),
     "undo": ("u", "Undo …", "Undone"),
 }
