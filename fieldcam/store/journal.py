@@ -12,7 +12,7 @@ from typing import Any
 from sqlite_utils import Database
 
 from fieldcam.store.clock import Moment, now, utc_text
-from fieldcam.store.connection import writing
+from fieldcam.store.connection import database_path, storage_errors, writing
 from fieldcam.store.rows import Draft, EntryId, Row, columns, new_id
 
 Clock = Callable[[], Moment]
@@ -52,8 +52,9 @@ def changes(database: Database) -> tuple[int, ...]:
 
     The last turn is among them since a transaction that is rolled back changes only that.
     """
-    (others,) = database.execute("PRAGMA data_version").fetchone()
-    (turn,) = database.execute("SELECT max(turn) FROM entry").fetchone()
+    with storage_errors(database_path(database)):
+        (others,) = database.execute("PRAGMA data_version").fetchone()
+        (turn,) = database.execute("SELECT max(turn) FROM entry").fetchone()
     return others, database.conn.total_changes, turn or 0
 
 
