@@ -20,13 +20,16 @@ MISSING = (
     " was run."
 )
 
+Version = tuple[Path, int, int]
+"""A file's path, time of change in ns, and size."""
+
 
 class OwnCalibration:
     """The data folder's newest calibration, looked at anew for each picture; any thread may ask."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
-        self._known: tuple[bytes | None, str | None, str] = None, None, MISSING
+        self._known: tuple[Version | None, str | None, str] = None, None, MISSING
 
     @property
     def name(self) -> str | None:
@@ -51,14 +54,15 @@ class OwnCalibration:
         file = self.file
         return None if file is None else replace(saved, calibration=file)
 
-    def _look(self) -> tuple[bytes | None, str | None, str]:
+    def _look(self) -> tuple[Version | None, str | None, str]:
         path = calibration_in_use(self._store.folder.path)
-        content = None if path is None else _read(path)
-        if content != self._known[0]:
-            self._known = (content, *self._judged(path, content))
+        version = None if path is None else _version(path)
+        if version != self._known[0]:
+            self._known = (version, *self._judged(path))
         return self._known
 
-    def _judged(self, path: Path | None, content: bytes | None) -> tuple[str | None, str]:
+    def _judged(self, path: Path | None) -> tuple[str | None, str]:
+        content = None if path is None else _read(path)
         if path is None or content is None:
             return None, MISSING
         try:
@@ -66,6 +70,15 @@ class OwnCalibration:
         except CalibrationInvalid as error:
             return None, f"Pictures are saved and wait: {error}"
         return self._store.keep_calibration(content), ""
+
+
+def _version(path: Path) -> Version | None:
+    """Another one when the file is another: each key press asks, and need not read it."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return path, found.st_mtime_ns, found.st_size
 
 
 def _read(path: Path) -> bytes | None:
