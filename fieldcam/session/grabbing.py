@@ -13,11 +13,10 @@ import numpy as np
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import StorageError
 from fieldcam.exchange.capture_folder import VIEW_FILE, CaptureFile
+from fieldcam.session.walk import DEADLINE_S
 from fieldcam.store.durable import write_durably
 from fieldcam.values import ImageU8, RawPair
 
-DEADLINE_S = 5.0
-"""For one pair."""
 CLIPPED_FROM = 255
 """A pixel of this value may have been lit by any amount of light."""
 
