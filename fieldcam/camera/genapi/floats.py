@@ -10,9 +10,9 @@ from fieldcam.camera.genapi.conversion import Conversion
 from fieldcam.camera.genapi.elements import LARGEST_FLOAT, Element
 from fieldcam.camera.genapi.feature import Feature, Scope
 from fieldcam.camera.genapi.formula import REAL
+from fieldcam.camera.genapi.in_register import InRegister
 from fieldcam.camera.genapi.number_features import FloatFeature
 from fieldcam.camera.genapi.sources import ValueSource, number_of
-from fieldcam.camera.genapi.stretch import Stretch
 from fieldcam.camera.genapi.variables import FormulaSource
 from fieldcam.errors import FeatureFileInvalid
 
@@ -56,21 +56,8 @@ class Float(FloatFeature):
         return None if found is None else float(found)
 
 
-class FloatReg(FloatFeature):
+class FloatReg(InRegister, FloatFeature):
     """A register that holds an IEEE 754 float."""
-
-    def __init__(self, element: Element, scope: Scope, name: str = "") -> None:
-        super().__init__(element, scope, name)
-        self._stretch = Stretch(element, scope, self.name)
-
-    def _own_access(self) -> Access:
-        return self._stretch.declared_access
-
-    def _access_now(self) -> Access:
-        return self._stretch.access
-
-    def _feeders(self) -> Sequence[Feature]:
-        return self._stretch.feeders()
 
     def _read(self) -> float:
         layout = self._layout()

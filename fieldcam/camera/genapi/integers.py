@@ -11,9 +11,9 @@ from fieldcam.camera.genapi.conversion import Conversion
 from fieldcam.camera.genapi.elements import Element, whole_number
 from fieldcam.camera.genapi.feature import Feature, Scope
 from fieldcam.camera.genapi.formula import WHOLE
+from fieldcam.camera.genapi.in_register import InRegister
 from fieldcam.camera.genapi.number_features import IntegerFeature
 from fieldcam.camera.genapi.sources import ValueSource, number_of
-from fieldcam.camera.genapi.stretch import Stretch
 from fieldcam.camera.genapi.variables import FormulaSource
 from fieldcam.errors import FeatureFileInvalid
 
@@ -66,21 +66,8 @@ class Integer(IntegerFeature):
         return 1 if found is None else max(1, self._whole(found))
 
 
-class IntReg(IntegerFeature):
+class IntReg(InRegister, IntegerFeature):
     """A whole register."""
-
-    def __init__(self, element: Element, scope: Scope, name: str = "") -> None:
-        super().__init__(element, scope, name)
-        self._stretch = Stretch(element, scope, self.name)
-
-    def _own_access(self) -> Access:
-        return self._stretch.declared_access
-
-    def _access_now(self) -> Access:
-        return self._stretch.access
-
-    def _feeders(self) -> Sequence[Feature]:
-        return self._stretch.feeders()
 
     def _read(self) -> int:
         return wrap(int.from_bytes(self._data(), self._order, signed=self._stretch.signed))

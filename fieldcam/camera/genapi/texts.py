@@ -9,7 +9,7 @@ from fieldcam.camera.genapi.access import Access
 from fieldcam.camera.genapi.elements import Element
 from fieldcam.camera.genapi.feature import Feature, Scope
 from fieldcam.camera.genapi.features import CategoryFeature, RegisterFeature, StringFeature
-from fieldcam.camera.genapi.stretch import Stretch
+from fieldcam.camera.genapi.in_register import InRegister
 from fieldcam.errors import FeatureFileInvalid
 
 
@@ -47,21 +47,8 @@ class String(StringFeature):
         return node
 
 
-class StringReg(StringFeature):
+class StringReg(InRegister, StringFeature):
     """Text in a register, ended by a zero byte where it does not fill it."""
-
-    def __init__(self, element: Element, scope: Scope, name: str = "") -> None:
-        super().__init__(element, scope, name)
-        self._stretch = Stretch(element, scope, self.name)
-
-    def _own_access(self) -> Access:
-        return self._stretch.declared_access
-
-    def _access_now(self) -> Access:
-        return self._stretch.access
-
-    def _feeders(self) -> Sequence[Feature]:
-        return self._stretch.feeders()
 
     def _read(self) -> str:
         data = self._stretch.read().partition(b"\0")[0]
@@ -77,12 +64,8 @@ class StringReg(StringFeature):
         self._stretch.write(data.ljust(length, b"\0"))
 
 
-class Register(RegisterFeature):
+class Register(InRegister, RegisterFeature):
     """A register without a meaning of its own, such as a table."""
-
-    def __init__(self, element: Element, scope: Scope, name: str = "") -> None:
-        super().__init__(element, scope, name)
-        self._stretch = Stretch(element, scope, self.name)
 
     @property
     def length(self) -> int:
@@ -91,15 +74,6 @@ class Register(RegisterFeature):
     @property
     def address(self) -> int:
         return self._stretch.address
-
-    def _own_access(self) -> Access:
-        return self._stretch.declared_access
-
-    def _access_now(self) -> Access:
-        return self._stretch.access
-
-    def _feeders(self) -> Sequence[Feature]:
-        return self._stretch.feeders()
 
     def _read(self) -> bytes:
         return self._stretch.read()
