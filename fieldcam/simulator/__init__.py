@@ -6,7 +6,7 @@ extra (Embree). Everything follows from seeds.
 
 from fieldcam.simulator.capture import SimulatedCapture, calibration_of, capture
 from fieldcam.simulator.faults import Fault, Faults
-from fieldcam.simulator.plan import Block, ClusterPlan, FruitletPlan
+from fieldcam.simulator.plan import Block, ClusterPlan, FruitletPlan, Variety
 from fieldcam.simulator.truth import TrueFruitlet, Truth
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "SimulatedCapture",
     "TrueFruitlet",
     "Truth",
+    "Variety",
     "calibration_of",
     "capture",
 ]

@@ -58,10 +58,11 @@ class Block:
     clusters: tuple[ClusterPlan, ...]
 
     @classmethod
-    def plan(cls, seed: int, clusters: int) -> Block:
-        """Plan a block; equal arguments give equal blocks."""
+    def plan(cls, seed: int, clusters: int, variety: Variety | None = None) -> Block:
+        """Plan a block of a variety, else of a drawn one; equal arguments give equal blocks."""
         rng = np.random.default_rng([seed, 1])
-        variety = _Variety.draw(rng)
+        drawn = Variety.draw(rng)
+        variety = variety or drawn
         seeds = rng.integers(1, 2**31, clusters)
         return cls(
             seed,
@@ -73,19 +74,19 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True)
-class _Variety:
-    """What the fruitlets of one block have in common."""
+class Variety:
+    """What the fruitlets of one block have in common in one season."""
 
     mean_diameter_mm: float
     persist_share: float
     elongation: float
 
     @classmethod
-    def draw(cls, rng: np.random.Generator) -> _Variety:
+    def draw(cls, rng: np.random.Generator) -> Variety:
         return cls(rng.uniform(6.5, 11.5), rng.uniform(0.28, 0.55), rng.uniform(1.03, 1.15))
 
 
-def _fruitlets(rng: np.random.Generator, variety: _Variety) -> tuple[FruitletPlan, ...]:
+def _fruitlets(rng: np.random.Generator, variety: Variety) -> tuple[FruitletPlan, ...]:
     count = int(rng.choice([3, 4, 5, 6, 7], p=[0.12, 0.22, 0.32, 0.22, 0.12]))
     mean_mm = variety.mean_diameter_mm * rng.lognormal(0.0, 0.12)
     return tuple(
@@ -94,7 +95,7 @@ def _fruitlets(rng: np.random.Generator, variety: _Variety) -> tuple[FruitletPla
 
 
 def _fruitlet(
-    rng: np.random.Generator, variety: _Variety, index: int, mean_mm: float
+    rng: np.random.Generator, variety: Variety, index: int, mean_mm: float
 ) -> FruitletPlan:
     """Draw one fruitlet; index 0 is the king, which is larger and stays more often."""
     persists = bool(rng.random() < variety.persist_share + (0.2 if index == 0 else -0.04))
