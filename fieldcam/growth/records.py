@@ -1,0 +1,66 @@
+"""What the growth model works on: each fruitlet of a block, visit by visit.
+
+Calipers and cameras both end here, so that the model knows only one kind of input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import date
+from enum import StrEnum
+
+
+class Presence(StrEnum):
+    """What became of a fruitlet on one visit."""
+
+    SIZED = "sized"
+    SEEN = "seen"
+    """It hangs there, but has no size."""
+    FALLEN = "fallen"
+    """Its place was looked at and is empty, or the operator said so."""
+    NOT_SEEN = "not_seen"
+    """Its place was hidden, or its cluster was not photographed."""
+
+
+class Source(StrEnum):
+    """Who measured."""
+
+    CAMERA = "camera"
+    CALIPERS = "calipers"
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """What is known of one fruitlet on one visit."""
+
+    presence: Presence
+    diameter_mm: float | None = None
+    """Exactly where `presence` is SIZED."""
+    confidence: float = 1.0
+    """That this is the same fruitlet as on the visits before, 0 to 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class FruitletRecord:
+    """One fruitlet of one tagged cluster over all visits on which something is known of it."""
+
+    tag_id: int
+    fruitlet: str
+    """Its name in the cluster: "1", "2" ..., or what the caliper table calls it."""
+    sightings: Mapping[date, Sighting]
+
+
+@dataclass(frozen=True, slots=True)
+class BlockRecord:
+    """All tagged clusters of one variety of one orchard in one season."""
+
+    name: str
+    source: Source
+    visits: tuple[date, ...]
+    """Rising; a block that is walked on two days running has two of them."""
+    visited: Mapping[date, frozenset[int]]
+    """Tags measured on each visit; a cluster whose fruitlets are all gone is among them."""
+    fruitlets: tuple[FruitletRecord, ...]
+    tree_of: Mapping[int, str] = field(default_factory=dict)
+    """Label of the tree by tag, where it is known."""
