@@ -1,0 +1,1 @@
+"""Which fruitlet of one picture is which of another (paper, "Growth Rate Tracking")."""

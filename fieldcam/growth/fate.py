@@ -1,0 +1,139 @@
+"""Fallen, or not seen? A fruitlet that is missing is looked for where it ought to hang.
+
+Its place is predicted from its neighbours. Where the picture shows something nearer there,
+the fruitlet may hang behind it; where one looks past the place at what lies behind, it would
+have been found. What is left open is kept as a probability (Bayes' rule), and whoever is not
+shown to have fallen counts as not seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fieldcam.growth.association.alignment import Whereabouts
+from fieldcam.growth.association.points import F64, Points
+from fieldcam.growth.places import View
+from fieldcam.values import DisparityWindow
+
+TRIED_PLACES = 64
+NEARER_MM = 3.0
+"""A surface that lies this much before a fruitlet's own hides it."""
+TOUCHING = 0.8
+"""Middles of two fruitlets are never nearer than this share of the sum of their radii."""
+OPEN_SHARE = (0.35, 0.8)
+"""Of a fruitlet's disk: below the first it is taken for hidden, from the second on for open."""
+FOUND = (0.66, 0.975)
+"""Share of the hanging fruitlets that are found where all likely places look hidden, and where
+most look open: the place is known to a radius only, so that even the first are many."""
+OPEN_ENOUGH = 0.6
+"""Share of the likely places that look open from which on the second share holds."""
+NEAR_SD = 4.0
+"""A newcomer within so many deviations of the place may be the fruitlet that is missed."""
+FALL_PER_VISIT = 0.1
+"""Share of the hanging fruitlets that fall between two visits, before anything is known."""
+FALLEN_FROM = 0.6
+"""A fruitlet counts as fallen from this probability on; below it was not seen."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LookedAt:
+    """A picture in which a fruitlet is missing, and where it ought to be."""
+
+    view: View
+    points: Points
+    place: Whereabouts
+    diameter_mm: float
+    newcomers_mm: F64
+    """(M, 3) fruitlets of the picture that none of the earlier ones was matched with."""
+
+
+def chance_found(looked: LookedAt) -> float:
+    """How likely the picture would show the fruitlet if it hung there, 0 to 1."""
+    if looked.view.reading.window is None:
+        return 0.0
+    low, high = FOUND
+    return low + (high - low) * min(
+        _open_share(looked, looked.view.reading.window) / OPEN_ENOUGH, 1
+    )
+
+
+def may_be_there(looked: LookedAt) -> bool:
+    """Whether something is there that may be the fruitlet: unmatched, or seen without a depth."""
+    reach_mm = NEAR_SD * looked.place.sd_mm
+    gaps = np.linalg.norm(looked.newcomers_mm - looked.place.center_mm, axis=1)
+    if (gaps < reach_mm).any():
+        return True
+    calibration, center = looked.view.reading.calibration, looked.place.center_mm
+    x = center[0] / center[2] * calibration.focal_px + calibration.cx_px
+    y = center[1] / center[2] * calibration.focal_px + calibration.cy_px
+    reach_px = reach_mm / center[2] * calibration.focal_px
+    return any(
+        f.range_mm is None and np.hypot(f.center_px[0] - x, f.center_px[1] - y) < reach_px
+        for f in looked.view.reading.fruitlets
+    )
+
+
+def _open_share(looked: LookedAt, window: DisparityWindow) -> float:
+    """Share of the places where it may hang that the picture looks onto."""
+    calibration = looked.view.reading.calibration
+    rng = np.random.default_rng(0)
+    offsets = rng.normal(size=(TRIED_PLACES, 3)) * looked.place.sd_mm
+    centers = looked.place.center_mm + offsets
+    free = centers[_is_free(centers, looked)]
+    free = free[free[:, 2] > looked.diameter_mm]
+    if not len(free):
+        return 0.0
+    focal_baseline = calibration.focal_px * calibration.baseline_mm
+    radius_mm = looked.diameter_mm / 2
+    across = _DISK * radius_mm
+    front = free[:, 2, None] - radius_mm * np.sqrt(1 - (_DISK**2).sum(axis=1))
+    x = (free[:, 0, None] + across[:, 0]) / free[:, 2, None] * calibration.focal_px
+    y = (free[:, 1, None] + across[:, 1]) / free[:, 2, None] * calibration.focal_px
+    seen = _sampled(window, x + calibration.cx_px, y + calibration.cy_px)
+    open_to = seen < focal_baseline / (front - NEARER_MM)
+    share = np.where(np.isnan(seen), 0.5, open_to).mean(axis=1)
+    low, high = OPEN_SHARE
+    return float(np.mean(((share - low) / (high - low)).clip(0, 1)))
+
+
+def chance_fallen(found_if_hanging: Sequence[float]) -> list[float]:
+    """For each of the visits on end on which a fruitlet is missing: that it has fallen by then.
+
+    `found_if_hanging` holds for each visit how likely it would have been found.
+    """
+    missed = 1 - np.asarray(found_if_hanging, np.float64)
+    hanging = np.concatenate([[1.0], np.cumprod(missed * (1 - FALL_PER_VISIT))])
+    falls = hanging[:-1] * FALL_PER_VISIT
+    return [float(x) for x in np.cumsum(falls) / (falls.sum() + hanging[-1])]
+
+
+def _is_free(centers_mm: F64, looked: LookedAt) -> F64:
+    """Whether each place (K, 3) is not taken by a fruitlet that the picture shows."""
+    points = looked.points
+    if not points.seen:
+        return np.ones(len(centers_mm), np.bool_)
+    radii = np.nan_to_num(points.diameters_mm, nan=looked.diameter_mm) / 2
+    gaps = np.linalg.norm(centers_mm[:, None] - points.centers_mm[None], axis=2)
+    return np.asarray((gaps > TOUCHING * (radii + looked.diameter_mm / 2)).all(axis=1))
+
+
+def _sampled(window: DisparityWindow, x: F64, y: F64) -> F64:
+    """Disparity at image places; infinitely near outside of what was matched."""
+    region = window.region
+    column, row = np.rint(x).astype(int) - region.x0, np.rint(y).astype(int) - region.y0
+    inside = (column >= 0) & (column < region.width) & (row >= 0) & (row < region.height)
+    found = window.disparity_px[row.clip(0, region.height - 1), column.clip(0, region.width - 1)]
+    return np.where(inside, found, np.inf)
+
+
+def _disk() -> F64:
+    """Points (P, 2) spread evenly over the unit disk."""
+    k = np.arange(32)
+    radius, angle = np.sqrt((k + 0.5) / 32), k * np.pi * (3 - np.sqrt(5))
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+
+
+_DISK = _disk()
