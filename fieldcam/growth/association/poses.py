@@ -19,7 +19,7 @@ Bools = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.intp]
 NONE = -1
 """Instead of the index of a fruitlet that has no partner."""
-STEPS = 3
+STEPS = 2
 """Of Gauss and Newton; the problem is nearly linear."""
 SAME_GAP_SD = 3.0
 """Two gaps between fruitlets that differ by more than so many deviations are not one gap."""
@@ -105,8 +105,11 @@ class Poses:
 
     def precision(self, source: F64, matched: Bools, sd_mm: float) -> F64:
         """(H, 7, 7) how firmly the matched points hold turn, middle and spread."""
-        jacobian = self._jacobian(source, matched)
-        held = np.einsum("hnki,hnkj->hij", jacobian, jacobian) / sd_mm**2
+        return self._held(self._jacobian(source, matched), sd_mm)
+
+    def _held(self, jacobian: F64, sd_mm: float) -> F64:
+        flat = jacobian.reshape(len(self), -1, jacobian.shape[-1])
+        held = flat.transpose(0, 2, 1) @ flat / sd_mm**2
         return np.asarray(held + np.diag(self.expected.sd**-2))
 
     def _jacobian(self, source: F64, matched: Bools) -> F64:
@@ -118,9 +121,10 @@ class Poses:
 
     def _step(self, source: F64, target: F64, matched: Bools, sd_mm: float) -> tuple[Poses, F64]:
         gap = (target - self.moved(source)) * matched[..., None]
-        pull = np.einsum("hnki,hnk->hi", self._jacobian(source, matched), gap) / sd_mm**2
+        jacobian = self._jacobian(source, matched)
+        pull = np.einsum("hnki,hnk->hi", jacobian, gap) / sd_mm**2
         pull -= self._off() / self.expected.sd**2
-        precision = self.precision(source, matched, sd_mm)
+        precision = self._held(jacobian, sd_mm)
         step = np.linalg.solve(precision, pull[..., None])[..., 0]
         rotation = Rotation.from_rotvec(step[:, :3]).as_matrix() @ self.rotation
         fitted = Poses(
@@ -197,7 +201,8 @@ def _least_turns(source: F64, target: F64) -> F64:
 
 def _cross(vectors: F64) -> F64:
     """Matrices (..., 3, 3) whose product with w is the cross product with w."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return np.asarray(vectors @ _CROSS).reshape(*vectors.shape[:-1], 3, 3)
+
+
+_CROSS = np.array([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0],
+                   [0, -1, 0, 1, 0, 0, 0, 0, 0]], np.float64)  # fmt: skip
