@@ -21,10 +21,11 @@ from typing import Any
 
 import cv2
 
+from export.study_pictures import photograph
 from fieldcam.exchange.readings import encode_reading
 from fieldcam.models import find_models
 from fieldcam.report.scoring import score_capture
-from fieldcam.simulator import Block, SimulatedCapture, Variety, capture
+from fieldcam.simulator import Block, TrueFruitlet, Truth, Variety, calibration_of
 from fieldcam.values import ClusterReading, Expectation, Matcher, Settings, Status
 from fieldcam.vision.pipeline import Pipeline
 
@@ -91,24 +92,24 @@ def jobs(sets: tuple[StudySet, ...], clusters: int, views: int) -> Iterator[Job]
 def read(job: Job) -> None:
     """Photograph, read with both matchers, and keep what was read beside the truth."""
     block = job.of.block()
+    calibration = calibration_of(block)
     expectation = Expectation(tag_id=block.clusters[job.cluster].tag_id)
     for attempt in range(TRIES):
-        taken = capture(block, job.cluster, job.day, job.view + VIEWS * attempt)
-        reading = _pipeline().analyse(taken.pair, taken.calibration, expectation)
+        pair, truth = photograph(block, job.cluster, job.day, job.view + VIEWS * attempt)
+        reading = _pipeline().analyse(pair, calibration, expectation)
         if reading.verdict.status is not Status.RETAKE:
             break
     sgbm = Settings(stereo=Matcher.SGBM)
-    other = _pipeline().analyse(taken.pair, taken.calibration, expectation, sgbm)
+    other = _pipeline().analyse(pair, calibration, expectation, sgbm)
     document = {
         "attempts": attempt + 1,
-        "truth": [_true(taken, k) for k in range(len(taken.truth.fruitlets))],
-        "readings": {"raft": _kept(reading, taken), "sgbm": _kept(other, taken)},
+        "truth": [_true(fruitlet) for fruitlet in truth.fruitlets],
+        "readings": {"raft": _kept(reading, truth), "sgbm": _kept(other, truth)},
     }
     _write(job.path, document)
 
 
-def _true(taken: SimulatedCapture, index: int) -> Json:
-    fruitlet = taken.truth.fruitlets[index]
+def _true(fruitlet: TrueFruitlet) -> Json:
     return {
         "id": fruitlet.id,
         "diameter_mm": fruitlet.diameter_mm,
@@ -118,9 +119,9 @@ def _true(taken: SimulatedCapture, index: int) -> Json:
     }
 
 
-def _kept(reading: ClusterReading, taken: SimulatedCapture) -> Json:
+def _kept(reading: ClusterReading, truth: Truth) -> Json:
     """A reading, and which true fruitlet of the target each of its fruitlets is."""
-    scored = score_capture(reading, taken.truth).fruitlets
+    scored = score_capture(reading, truth).fruitlets
     identities = {
         str(each.reading.id): each.truth.id
         for each in scored

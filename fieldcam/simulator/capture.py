@@ -65,6 +65,16 @@ def calibration_of(block: Block) -> Calibration:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Aim:
+    """A cluster before the camera, ready to be rendered."""
+
+    plan: ClusterPlan
+    calibration: Calibration
+    shot: Shot
+    renderer: Renderer
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Sight:
     """What both eyes see of a cluster, before light becomes pictures."""
 
@@ -90,6 +100,18 @@ def capture(
 
 def look(block: Block, cluster_index: int, day: float, view: int, faults: Faults) -> Sight:
     """Aim at a cluster; of the faults only those in FRAMING make a difference here."""
+    aimed = aim(block, cluster_index, day, view, faults)
+    calibration, renderer = aimed.calibration, aimed.renderer
+    region = Region(0, 0, calibration.width_px, calibration.height_px)
+    left, right = (renderer.view(x, region) for x in (0.0, calibration.baseline_mm))
+    truth = _truth(renderer, left, right)
+    return Sight(
+        aimed.plan, cluster_index, day, view, calibration, aimed.shot, renderer, left, right, truth
+    )
+
+
+def aim(block: Block, cluster_index: int, day: float, view: int, faults: Faults) -> Aim:
+    """Point the camera at a cluster and part the leaves before its tag."""
     plan = block.clusters[cluster_index]
     calibration = calibration_of(block)
     scene = build_scene(plan, day)
@@ -98,11 +120,7 @@ def look(block: Block, cluster_index: int, day: float, view: int, faults: Faults
     scene = _parted(scene, shot, calibration)
     if faults.kind is Fault.TAG_HIDDEN:
         scene = with_covered_tag(scene, faults.severity / max(SEVERITIES))
-    renderer = Renderer(scene, shot.pose, calibration, shot.light)
-    region = Region(0, 0, calibration.width_px, calibration.height_px)
-    left, right = (renderer.view(x, region) for x in (0.0, calibration.baseline_mm))
-    truth = _truth(renderer, left, right)
-    return Sight(plan, cluster_index, day, view, calibration, shot, renderer, left, right, truth)
+    return Aim(plan, calibration, shot, Renderer(scene, shot.pose, calibration, shot.light))
 
 
 def develop(sight: Sight, faults: Faults) -> SimulatedCapture:
