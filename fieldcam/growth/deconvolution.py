@@ -1,0 +1,75 @@
+"""True growth rates behind measured ones, whose sizing errors are known in distribution.
+
+The distribution of the true rates is estimated by expectation maximisation on a grid,
+stopped early so that it stays smooth (Laird 1978; early stopping as in Vardi and Lee 1993),
+and rates are drawn from what it and a fruitlet's own measurement say together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from fieldcam.growth.following import Growth
+from fieldcam.growth.noise import SizingNoise
+from fieldcam.values import Floats
+
+EM_STEPS = 15
+FEWEST_RATES, MOST_RATES = 24, 96
+"""Of the grid, whose step else is half the typical error of a rate."""
+_CHUNK = 20
+_LEAST = 1e-300
+
+
+def rate_grid(growth: Sequence[Growth], noise: SizingNoise) -> Floats:
+    """(G,) true rates that are thought possible, evenly spaced, mm/day."""
+    rates = np.array([each.rate_mm_per_day for each in growth])
+    sds = noise.of(np.array([each.start_mm for each in growth])) @ np.array(noise.shares)
+    error = np.median(sds * np.sqrt(2.0) / np.array([each.days for each in growth]))
+    steps = int(np.clip(2.0 * np.ptp(rates) / error, FEWEST_RATES, MOST_RATES))
+    return np.linspace(rates.min(), rates.max(), steps)
+
+
+def likelihoods(growth: Sequence[Growth], noise: SizingNoise, grid: Floats) -> Floats:
+    """(N, G): how likely each measured rate is for each true rate."""
+    off = np.array([each.rate_mm_per_day for each in growth])[:, None] - grid
+    days = np.array([each.days for each in growth])[:, None]
+    before = noise.of(np.array([each.start_mm for each in growth]))
+    after = noise.of(np.array([each.end_mm for each in growth]))
+    total = np.full(off.shape, _LEAST)
+    for (i, one), (j, other) in product(enumerate(noise.shares), repeat=2):
+        sd = np.hypot(before[:, i], after[:, j])[:, None] / days
+        total += one * other / sd * np.exp(-0.5 * (off / sd) ** 2)
+    return total
+
+
+def distributions(likelihood: Floats, weights: Floats) -> Floats:
+    """(R, G) distributions of the true rates for R weightings (R, N) of the fruitlets."""
+    found = np.full((len(weights), likelihood.shape[1]), 1.0 / likelihood.shape[1])
+    for _ in range(EM_STEPS):
+        found *= (weights / (found @ likelihood.T)) @ likelihood
+        found /= found.sum(axis=1, keepdims=True)
+    return found
+
+
+def drawn_rates(
+    rng: np.random.Generator, distribution: Floats, likelihood: Floats, grid: Floats
+) -> Floats:
+    """(R, N) true rates, one draw for each distribution (R, G) and fruitlet (N, G)."""
+    return np.concatenate(
+        [
+            _drawn(rng, distribution[at : at + _CHUNK, None, :] * likelihood, grid)
+            for at in range(0, len(distribution), _CHUNK)
+        ]
+    )
+
+
+def _drawn(rng: np.random.Generator, weights: Floats, grid: Floats) -> Floats:
+    """(R, N) rates for weights (R, N, G) of the grid's; between its points they are even."""
+    rising = np.cumsum(weights, axis=2)
+    share = rng.random(rising.shape[:2]) * rising[:, :, -1]
+    places = (rising < share[:, :, None]).sum(axis=2)
+    step = grid[1] - grid[0]
+    return np.asarray(grid[places] + step * (rng.random(places.shape) - 0.5))

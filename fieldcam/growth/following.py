@@ -1,0 +1,124 @@
+"""What became of each fruitlet between two visits, before anything is forecast."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+
+import numpy as np
+
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Source
+from fieldcam.growth.visits import BlockVisit, visits_of
+
+OUTLIER_Z = 3.0
+"""Sizes this far from their visit's mean are left out (paper, "Fruitlet Sizing")."""
+_HANGING = (Presence.SIZED, Presence.SEEN)
+_RATE_DIGITS = 9
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """A fruitlet's two sizes, each with the fruitlet's own day."""
+
+    start_mm: float
+    end_mm: float
+    days: int
+
+    @property
+    def rate_mm_per_day(self) -> float:
+        """Rounded where binary fractions end, so that a tie of written sizes is a tie."""
+        return round((self.end_mm - self.start_mm) / self.days, _RATE_DIGITS)
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """One fruitlet between two visits."""
+
+    fruitlet: FruitletRecord
+    growth: Growth | None
+    """Where both sizes are known and none is an outlier."""
+    new: bool
+    """It was not there on the block's first visit."""
+    ignored: bool
+    """It has no size up to the first of the two visits, or one that is an outlier."""
+    fallen: bool
+    hangs: bool
+    """It was seen on the second of the two visits."""
+    sized_at_start: bool
+
+
+def follow(block: BlockRecord, start: BlockVisit, end: BlockVisit) -> tuple[Followed, ...]:
+    """Every fruitlet of which something is known up to `end`."""
+    first = visits_of(block)[0]
+    outliers = _outliers(block, start) | _outliers(block, end)
+    return tuple(
+        _followed(fruitlet, first, start, end, (fruitlet.tag_id, fruitlet.fruitlet) in outliers)
+        for fruitlet in block.fruitlets
+        if any(day <= end.days[-1] for day in fruitlet.sightings)
+    )
+
+
+def _followed(
+    fruitlet: FruitletRecord,
+    first: BlockVisit,
+    start: BlockVisit,
+    end: BlockVisit,
+    outlier: bool,
+) -> Followed:
+    fallen = _last_certain(fruitlet, end.days[-1]) is Presence.FALLEN
+    began = first.sighting(fruitlet)
+    ended = end.sighting(fruitlet)
+    return Followed(
+        fruitlet,
+        growth=None if outlier or fallen else _growth(fruitlet, start, end),
+        new=began is None or began[1].presence not in _HANGING,
+        ignored=outlier or not _sized_by(fruitlet, start.days[-1]),
+        fallen=fallen,
+        hangs=ended is not None and ended[1].presence in _HANGING,
+        sized_at_start=_size(fruitlet, start) is not None,
+    )
+
+
+def _growth(fruitlet: FruitletRecord, start: BlockVisit, end: BlockVisit) -> Growth | None:
+    before, after = _size(fruitlet, start), _size(fruitlet, end)
+    if before is None or after is None:
+        return None
+    return Growth(before[1], after[1], (after[0] - before[0]).days)
+
+
+def _size(fruitlet: FruitletRecord, visit: BlockVisit) -> tuple[date, float] | None:
+    found = visit.sighting(fruitlet)
+    if found is None or found[1].diameter_mm is None:
+        return None
+    return found[0], found[1].diameter_mm
+
+
+def _sized_by(fruitlet: FruitletRecord, day: date) -> bool:
+    return any(
+        seen.presence is Presence.SIZED for on, seen in fruitlet.sightings.items() if on <= day
+    )
+
+
+def _last_certain(fruitlet: FruitletRecord, day: date) -> Presence | None:
+    """The last that is known up to a day; that a place was hidden says nothing."""
+    certain = [
+        (on, seen.presence)
+        for on, seen in fruitlet.sightings.items()
+        if on <= day and seen.presence is not Presence.NOT_SEEN
+    ]
+    return max(certain)[1] if certain else None
+
+
+def _outliers(block: BlockRecord, visit: BlockVisit) -> frozenset[tuple[int, str]]:
+    """Tag and name of fruitlets whose size the camera got wrong; calipers are taken as read."""
+    if block.source is not Source.CAMERA:
+        return frozenset()
+    sizes = {
+        (each.tag_id, each.fruitlet): size[1]
+        for each in block.fruitlets
+        if (size := _size(each, visit)) is not None
+    }
+    values = np.array(list(sizes.values()))
+    far = OUTLIER_Z * values.std() if sizes else 0.0
+    middle = values.mean() if sizes else 0.0
+    return frozenset(key for key, mm in sizes.items() if far > 0.0 and abs(mm - middle) >= far)

@@ -1,0 +1,188 @@
+"""The fruitlet growth model: which fruitlets of a block will stay on the tree.
+
+After Greene et al. 2013 as in the paper, "Growth Rate Tracking": a fruitlet persists
+when it grows faster than half the mean of the 20 fastest of the block.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from enum import StrEnum
+from statistics import median
+
+import numpy as np
+
+from fieldcam.errors import BadInput
+from fieldcam.growth.following import Followed, follow
+from fieldcam.growth.noise import NOISE
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
+from fieldcam.growth.reference import FASTEST, Reference, mean_of_fastest
+from fieldcam.growth.resampling import Interval, Resampled, resample
+from fieldcam.growth.visits import BlockVisit, intervals, visit_on, visits_of
+
+
+class State(StrEnum):
+    """What the model says of a fruitlet."""
+
+    PERSIST = "persist"
+    ABSCISE = "abscise"
+    """It hangs there, and will fall."""
+    FALLEN = "fallen"
+    NOT_SEEN = "not_seen"
+    """It has no growth rate, and is not known to have fallen."""
+    NEW = "new"
+    """It was first seen after the block's first visit, and is not among the initial ones."""
+    IGNORED = "ignored"
+    """It has no first size, or an outlier; it is not among the initial ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class FruitletForecast:
+    """One fruitlet; `rate_mm_per_day` is None without two sizes that count."""
+
+    fruitlet: FruitletRecord
+    rate_mm_per_day: float | None
+    state: State
+
+    @property
+    def sizes_mm(self) -> Mapping[date, float]:
+        """All its sizes by day."""
+        sized = sorted(self.fruitlet.sightings.items(), key=lambda entry: entry[0])
+        return {day: seen.diameter_mm for day, seen in sized if seen.diameter_mm is not None}
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """How many of a block's, or a cluster's, first fruitlets became what."""
+
+    initial: int
+    persist: int
+    abscise: int
+    """Those that have fallen among them."""
+    fallen: int
+    not_seen: int
+
+    @property
+    def judged(self) -> int:
+        """The initial ones of which the model can say something."""
+        return self.initial - self.not_seen
+
+    @property
+    def set_pct(self) -> float | None:
+        """Persisting ones in percent of those judged; None when there are none."""
+        return 100.0 * self.persist / self.judged if self.judged else None
+
+
+@dataclass(frozen=True, slots=True)
+class Forecast:
+    """What growth between two visits says about a block."""
+
+    block: BlockRecord
+    start: BlockVisit
+    end: BlockVisit
+    days: float
+    """Median of the fruitlets' own days between their two sizes."""
+    reference: Reference
+    counts: Counts
+    fruitlets: tuple[FruitletForecast, ...]
+    resampled: Resampled
+
+    @property
+    def set_pct(self) -> float:
+        """Of the initial fruitlets; those not seen leave both counts."""
+        share = self.counts.set_pct
+        return 0.0 if share is None else share
+
+    @property
+    def interval90_pct(self) -> Interval:
+        """Of the set of the tagged clusters: what measuring errors leave open."""
+        return self.resampled.set_of_tagged_pct
+
+    @property
+    def interval90_trees_pct(self) -> Interval:
+        """Of the set on all trees: the sampling of clusters added."""
+        return self.resampled.set_of_trees_pct
+
+
+def forecast(block: BlockRecord, start: date, end: date) -> Forecast:
+    """The forecast from two visits, each named by one of its days.
+
+    Raises BadInput when there were no such visits, or no fruitlet grew between them.
+    """
+    before, after = visit_on(block, start), visit_on(block, end)
+    if before.first >= after.first:
+        raise BadInput(f"The visit of {after.first} is not after that of {before.first}.")
+    followed = follow(block, before, after)
+    growth = [each.growth for each in followed if each.growth is not None]
+    if not growth:
+        raise BadInput(
+            f"No fruitlet of block {block.name} has a size both on {before.first} and on"
+            f" {after.first}: {_why_none(followed)}."
+        )
+    resampled = resample(followed, NOISE[block.source])
+    rates = np.array([each.rate_mm_per_day for each in growth])
+    reference = _reference(block.source, rates, resampled)
+    fruitlets = tuple(_judged(each, reference.cutoff_mm_per_day) for each in followed)
+    return Forecast(
+        block,
+        before,
+        after,
+        days=median(each.days for each in growth),
+        reference=reference,
+        counts=counts_of(fruitlets),
+        fruitlets=fruitlets,
+        resampled=resampled,
+    )
+
+
+def trend(block: BlockRecord) -> tuple[Forecast, ...]:
+    """A forecast at each visit that has one, from it and the best visit to compare it with."""
+    found = []
+    for start, end in intervals(visits_of(block)):
+        if any(each.growth is not None for each in follow(block, start, end)):
+            found.append(forecast(block, start.first, end.first))
+    return tuple(found)
+
+
+def counts_of(fruitlets: Sequence[FruitletForecast]) -> Counts:
+    """New and ignored fruitlets are not counted."""
+    states = Counter(each.state for each in fruitlets)
+    fallen, not_seen = states[State.FALLEN], states[State.NOT_SEEN]
+    abscise = states[State.ABSCISE] + fallen
+    initial = states[State.PERSIST] + abscise + not_seen
+    return Counts(initial, states[State.PERSIST], abscise, fallen, not_seen)
+
+
+def _reference(source: Source, rates: np.ndarray, resampled: Resampled) -> Reference:
+    """Growers' spreadsheets, and the trials behind the 50 %, take calipers as they read."""
+    measured, corrected = mean_of_fastest(rates), resampled.reference_mm_per_day
+    used = corrected if source is Source.CAMERA else measured
+    return Reference(min(FASTEST, len(rates)), used, measured, corrected)
+
+
+def _judged(followed: Followed, cutoff_mm_per_day: float) -> FruitletForecast:
+    growth = followed.growth
+    rate = None if growth is None else growth.rate_mm_per_day
+    return FruitletForecast(followed.fruitlet, rate, _state(followed, rate, cutoff_mm_per_day))
+
+
+def _state(followed: Followed, rate: float | None, cutoff_mm_per_day: float) -> State:
+    if followed.new:
+        return State.NEW
+    if followed.ignored:
+        return State.IGNORED
+    if followed.fallen:
+        return State.FALLEN
+    if rate is None:
+        return State.NOT_SEEN
+    return State.PERSIST if rate > cutoff_mm_per_day else State.ABSCISE
+
+
+def _why_none(followed: Sequence[Followed]) -> str:
+    fallen = sum(each.fallen for each in followed)
+    if followed and fallen == len(followed):
+        return f"all {fallen} have fallen"
+    return f"{fallen} of {len(followed)} have fallen, the others were not seen or not sized"

@@ -1,0 +1,126 @@
+"""Forecasts that could as well be true: sizes without their errors, other clusters drawn.
+
+Multiple imputation (Rubin 1987) over a Bayesian bootstrap of the clusters (Rubin 1981):
+every resample weighs the clusters anew, estimates the distribution of the true growth
+rates with these weights, and draws a true rate for each fruitlet. A fruitlet whose fate is
+not known falls as often as the others, or grows as they do. Clusters, not fruitlets, are
+weighed, since those of one cluster are alike. Everything is seeded: equal sizes give
+equal intervals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fieldcam.growth.deconvolution import (
+    distributions,
+    drawn_rates,
+    likelihoods,
+    rate_grid,
+)
+from fieldcam.growth.following import Followed
+from fieldcam.growth.noise import SizingNoise
+from fieldcam.growth.reference import PERSISTS_ABOVE, weighted_means_of_fastest
+from fieldcam.values import BoolMask, Floats
+
+RESAMPLES = 200
+_SEED = 20
+_FALLEN = -np.inf
+_SHARES = (0.05, 0.95)
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Resampled:
+    """What may be true, each as an interval that holds it in nine of ten blocks."""
+
+    set_of_tagged_pct: Interval
+    """Of the clusters that were measured; only measuring errors leave it open."""
+    set_of_trees_pct: Interval
+    """Of all clusters like them."""
+    persist_per_cluster: Interval
+    """Persisting fruitlets per cluster, of all clusters like them."""
+    reference_mm_per_day: float
+    """Mean over the resamples of the fastest true rates."""
+
+
+def resample(followed: Sequence[Followed], noise: SizingNoise) -> Resampled:
+    """Needs at least one fruitlet with a growth rate."""
+    rng = np.random.default_rng(_SEED)
+    tags, cluster = np.unique([each.fruitlet.tag_id for each in followed], return_inverse=True)
+    rates = _true_rates(rng, followed, _weighted(rng, len(tags))[:, cluster], noise)
+    even = np.ones_like(rates)
+    # Other weights than those of the distributions: those would count an odd cluster twice.
+    clusters = _weighted(rng, len(tags))
+    weights = clusters[:, cluster]
+    weights *= len(followed) / weights.sum(axis=1, keepdims=True)
+    of_tagged, of_trees = _set_shares(rates, even), _set_shares(rates, weights)
+    fruitlets_per_cluster = clusters[:, cluster].sum(axis=1) / len(tags)
+    return Resampled(
+        set_of_tagged_pct=_interval(100.0 * of_tagged),
+        set_of_trees_pct=_interval(100.0 * of_trees),
+        persist_per_cluster=_interval(of_trees * fruitlets_per_cluster),
+        reference_mm_per_day=round(float(_references(rates, even).mean()), 9),
+    )
+
+
+def _weighted(rng: np.random.Generator, count: int) -> Floats:
+    """(R, count) weights of 1 on average."""
+    return rng.dirichlet(np.ones(count), RESAMPLES) * count
+
+
+def _true_rates(
+    rng: np.random.Generator, followed: Sequence[Followed], weights: Floats, noise: SizingNoise
+) -> Floats:
+    """(R, N) rates; minus infinity where the fruitlet has fallen."""
+    growth = [each.growth for each in followed if each.growth is not None]
+    grid = rate_grid(growth, noise)
+    likelihood = likelihoods(growth, noise, grid)
+    measured = np.array([each.growth is not None for each in followed])
+    fallen = np.array([each.fallen for each in followed])
+    distribution = distributions(likelihood, weights[:, measured])
+    rates = np.full(weights.shape, _FALLEN)
+    rates[:, measured] = drawn_rates(rng, distribution, likelihood, grid)
+    unknown = ~measured & ~fallen
+    rates[:, unknown] = drawn_rates(
+        rng, distribution, np.ones((int(unknown.sum()), grid.size)), grid
+    )
+    hangs = np.array([each.hangs for each in followed])
+    falls = rng.random(weights.shape) < _share_fallen(followed, weights)[:, None]
+    rates[falls & unknown & ~hangs] = _FALLEN
+    return rates
+
+
+def _share_fallen(followed: Sequence[Followed], weights: Floats) -> Floats:
+    """(R,) share of the fruitlets sized on the first of the two visits that fell since."""
+    sized = np.array([each.sized_at_start for each in followed])
+    fallen = _sum_where(weights, sized & np.array([each.fallen for each in followed]))
+    grown = _sum_where(weights, np.array([each.growth is not None for each in followed]))
+    return fallen / (fallen + grown)
+
+
+def _sum_where(weights: Floats, chosen: BoolMask) -> Floats:
+    return np.asarray(weights[:, chosen].sum(axis=1))
+
+
+def _set_shares(rates: Floats, weights: Floats) -> Floats:
+    """(R,) share of the weight that persists by the model, the reference taken anew."""
+    cutoffs = PERSISTS_ABOVE * np.maximum(_references(rates, weights), 0.0)
+    return np.asarray((weights * (rates > cutoffs[:, None])).sum(axis=1) / weights.sum(axis=1))
+
+
+def _references(rates: Floats, weights: Floats) -> Floats:
+    """(R,) mean rates of the fastest fruitlets; those that have fallen have no rate."""
+    hanging = np.isfinite(rates)
+    return weighted_means_of_fastest(np.where(hanging, rates, 0.0), np.where(hanging, weights, 0.0))
+
+
+def _interval(values: Floats) -> Interval:
+    # Weibull's plotting positions: of R + 1 values that are alike, the last lies between
+    # the quantiles of the others as often as is asked for.
+    low, high = np.quantile(values, _SHARES, method="weibull")
+    return float(low), float(high)

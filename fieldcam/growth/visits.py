@@ -1,0 +1,95 @@
+"""One visit of a block: its clusters once, on one day or on neighbouring ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import date, timedelta
+
+from fieldcam.errors import BadInput
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting
+
+LEAST_DAYS = 3
+"""Shorter intervals lie inside what calipers themselves scatter (paper, Data Collection)."""
+MOST_REPEATED = 0.5
+"""Share of clusters that may be taken again the day after without making it a new visit."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlockVisit:
+    """All that was measured of a block in one go."""
+
+    days: tuple[date, ...]
+    """Rising and neighbouring."""
+    clusters: frozenset[int]
+
+    @property
+    def first(self) -> date:
+        return self.days[0]
+
+    def sighting(self, fruitlet: FruitletRecord) -> tuple[date, Sighting] | None:
+        """What is known of a fruitlet: its last size, else the last that is known at all."""
+        known = [(day, fruitlet.sightings[day]) for day in self.days if day in fruitlet.sightings]
+        sized = [entry for entry in known if entry[1].presence is Presence.SIZED]
+        return next(reversed(sized or known), None)
+
+
+def visits_of(block: BlockRecord) -> tuple[BlockVisit, ...]:
+    """The visits of a block, in order.
+
+    A day belongs to the visit of the day before when few of its clusters were measured then.
+    """
+    visits: list[BlockVisit] = []
+    for day in block.visits:
+        clusters = block.visited.get(day, frozenset())
+        if visits and _continues(visits[-1], day, clusters):
+            before = visits.pop()
+            visits.append(BlockVisit((*before.days, day), before.clusters | clusters))
+        elif clusters:
+            visits.append(BlockVisit((day,), clusters))
+    return tuple(visits)
+
+
+def _continues(visit: BlockVisit, day: date, clusters: frozenset[int]) -> bool:
+    again = len(clusters & visit.clusters)
+    fewer = min(len(clusters), len(visit.clusters))
+    return day - visit.days[-1] == timedelta(days=1) and again < MOST_REPEATED * max(fewer, 1)
+
+
+def intervals(visits: Sequence[BlockVisit]) -> Iterator[tuple[BlockVisit, BlockVisit]]:
+    """For each visit after the first: the one that it is best compared with, and itself.
+
+    That is the latest at least LEAST_DAYS before it, else the one just before it.
+    """
+    for place, end in enumerate(visits[1:], start=1):
+        long_ago = [v for v in visits[:place] if (end.first - v.first).days >= LEAST_DAYS]
+        yield (long_ago or [visits[place - 1]])[-1], end
+
+
+def newest_interval(block: BlockRecord) -> tuple[date, date]:
+    """First days of the two visits that a forecast is made from when none are named.
+
+    Raises BadInput when there are not two.
+    """
+    visits = visits_of(block)
+    if len(visits) < 2:
+        raise BadInput(
+            f"Block {block.name} has {_counted(visits)}; growth needs two.",
+            f"Measure it again at least {LEAST_DAYS} days later.",
+        )
+    *_, (start, end) = intervals(visits)
+    return start.first, end.first
+
+
+def visit_on(block: BlockRecord, day: date) -> BlockVisit:
+    """The visit that a day belongs to; raises BadInput when there was none."""
+    visits = visits_of(block)
+    for visit in visits:
+        if day in visit.days:
+            return visit
+    days = ", ".join(str(visit.first) for visit in visits) or "never"
+    raise BadInput(f"Block {block.name} was not measured on {day}.", f"Its visits: {days}.")
+
+
+def _counted(visits: Sequence[BlockVisit]) -> str:
+    return f"only the visit of {visits[0].first}" if visits else "no visit"

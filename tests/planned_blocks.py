@@ -1,0 +1,108 @@
+"""Records of simulated blocks, as if somebody had measured them; and what is true of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date, timedelta
+
+import numpy as np
+
+from fieldcam.growth.noise import NOISE
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
+from fieldcam.simulator.plan import Block, FruitletPlan
+from fieldcam.values import Floats
+
+FIRST_DAY = date(2026, 5, 10)
+NOT_SEEN_BY_CAMERA = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedFruitlet:
+    """One that hung there on the first of the days."""
+
+    tag_id: int
+    plan: FruitletPlan
+
+
+@dataclass(frozen=True, slots=True)
+class Measuring:
+    """How a block is measured."""
+
+    source: Source
+    days: tuple[int, ...]
+    noisy: bool = True
+
+
+def day_date(day: int) -> date:
+    return FIRST_DAY + timedelta(days=day)
+
+
+def hanging(block: Block, day: int) -> list[PlannedFruitlet]:
+    return [
+        PlannedFruitlet(cluster.tag_id, fruitlet)
+        for cluster in block.clusters
+        for fruitlet in cluster.fruitlets
+        if fruitlet.hangs(day)
+    ]
+
+
+def measured_block(block: Block, measuring: Measuring, seed: int) -> BlockRecord:
+    """What a crew records of a planned block."""
+    rng = np.random.default_rng([seed, 7])
+    fruitlets = hanging(block, measuring.days[0])
+    seen = np.stack([_seen(rng, fruitlets, measuring, day) for day in measuring.days])
+    sizes = np.stack([_sizes(rng, fruitlets, measuring, day) for day in measuring.days])
+    clusters = frozenset(cluster.tag_id for cluster in block.clusters)
+    records = (
+        FruitletRecord(
+            each.tag_id, str(each.plan.id + 1), _sightings(each, measuring, seen[:, i], sizes[:, i])
+        )
+        for i, each in enumerate(fruitlets)
+    )
+    visits = tuple(day_date(day) for day in measuring.days)
+    return BlockRecord(
+        "planned",
+        measuring.source,
+        visits,
+        dict.fromkeys(visits, clusters),
+        tuple(record for record in records if record.sightings),
+    )
+
+
+def true_set_pct(block: Block, start: int, end: int) -> float:
+    """The model on the noise-free sizes of every fruitlet."""
+    fruitlets = hanging(block, start)
+    rates = np.array(
+        [(f.plan.diameter_mm(end) - f.plan.diameter_mm(start)) / (end - start) for f in fruitlets]
+    )
+    hangs = np.array([f.plan.hangs(end) for f in fruitlets])
+    reference = np.sort(rates[hangs])[-20:].mean()
+    return float(100.0 * (hangs & (rates > reference / 2)).mean())
+
+
+def _seen(
+    rng: np.random.Generator, fruitlets: Sequence[PlannedFruitlet], measuring: Measuring, day: int
+) -> Floats:
+    hidden = NOT_SEEN_BY_CAMERA if measuring.source is Source.CAMERA and measuring.noisy else 0.0
+    return np.asarray(rng.random(len(fruitlets)) >= hidden)
+
+
+def _sizes(
+    rng: np.random.Generator, fruitlets: Sequence[PlannedFruitlet], measuring: Measuring, day: int
+) -> Floats:
+    true = np.array([each.plan.diameter_mm(day) for each in fruitlets])
+    return true + NOISE[measuring.source].drawn(rng, true) if measuring.noisy else true
+
+
+def _sightings(
+    fruitlet: PlannedFruitlet, measuring: Measuring, seen: Floats, sizes: Floats
+) -> dict[date, Sighting]:
+    found: dict[date, Sighting] = {}
+    for day, visible, size in zip(measuring.days, seen, sizes, strict=True):
+        if visible and fruitlet.plan.hangs(day):
+            found[day_date(day)] = Sighting(Presence.SIZED, float(size))
+        elif found:
+            presence = Presence.FALLEN if visible else Presence.NOT_SEEN
+            found[day_date(day)] = Sighting(presence)
+    return found
