@@ -7,16 +7,15 @@ two columns needs no heading.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from fieldcam.errors import BadInput
+from fieldcam.exchange.csv_rows import read_rows
 from fieldcam.values import HIGHEST_TAG_ID
 
 COLUMNS = ("tree", "tag")
-_SEPARATORS = ";\t,"
 _WHAT_IS_NEEDED = "It needs the columns tree and tag, in walking order."
 
 
@@ -45,7 +44,7 @@ def read_route(path: Path) -> tuple[PlannedStop, ...]:
 
 def _stops(path: Path) -> Iterator[tuple[int, PlannedStop]]:
     """Each with the number of its line, counted from 1."""
-    table = _rows(path)
+    table = read_rows(path)
     line, first = next(table, (1, []))
     places = _places(first)
     if places is None:
@@ -93,32 +92,6 @@ def _whole(text: str) -> int | None:
     """Spreadsheets write whole numbers as 17.0 at times."""
     digits = text.removesuffix(".0")
     return int(digits) if digits.isascii() and digits.isdigit() and len(digits) < 10 else None
-
-
-def _rows(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Rows that are not empty, each with the number of its line."""
-    text = _text(path)
-    heading = next((line for line in text.splitlines() if line.strip()), "")
-    separator = max(_SEPARATORS, key=heading.count)
-    reader = csv.reader(text.splitlines(), delimiter=separator)
-    try:
-        for row in reader:
-            cells = [cell.strip() for cell in row]
-            if any(cells):
-                yield reader.line_num, cells
-    except csv.Error as error:
-        raise _wrong(path, reader.line_num, f"it is no line of a table ({error})") from error
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError as error:
-        raise BadInput(f"There is no file {path}.") from error
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}.") from error
-    except UnicodeDecodeError as error:
-        raise BadInput(f"{path.name} is no text in UTF-8.", "Save it as CSV (UTF-8).") from error
 
 
 def _wrong(path: Path, line: int, what: str) -> BadInput:

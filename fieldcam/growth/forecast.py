@@ -20,7 +20,7 @@ from fieldcam.growth.following import Followed, follow
 from fieldcam.growth.noise import NOISE
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
 from fieldcam.growth.reference import FASTEST, Reference, mean_of_fastest
-from fieldcam.growth.resampling import Interval, Resampled, resample
+from fieldcam.growth.resampling import Interval, Resampled, interval90, resample
 from fieldcam.growth.visits import BlockVisit, intervals, visit_on, visits_of
 
 
@@ -99,12 +99,12 @@ class Forecast:
     @property
     def interval90_pct(self) -> Interval:
         """Of the set of the tagged clusters: what measuring errors leave open."""
-        return self.resampled.set_of_tagged_pct
+        return interval90(self.resampled.set_of_tagged_pct, self.set_pct)
 
     @property
     def interval90_trees_pct(self) -> Interval:
         """Of the set on all trees: the sampling of clusters added."""
-        return self.resampled.set_of_trees_pct
+        return interval90(self.resampled.set_of_trees_pct, self.set_pct)
 
 
 def forecast(block: BlockRecord, start: date, end: date) -> Forecast:

@@ -29,20 +29,20 @@ from fieldcam.values import BoolMask, Floats
 RESAMPLES = 200
 _SEED = 20
 _FALLEN = -np.inf
-_SHARES = (0.05, 0.95)
+_OUTSIDE = 0.1
 
 Interval = tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Resampled:
-    """What may be true, each as an interval that holds it in nine of ten blocks."""
+    """What may be true, once for each of the RESAMPLES."""
 
-    set_of_tagged_pct: Interval
+    set_of_tagged_pct: Floats
     """Of the clusters that were measured; only measuring errors leave it open."""
-    set_of_trees_pct: Interval
+    set_of_trees_pct: Floats
     """Of all clusters like them."""
-    persist_per_cluster: Interval
+    persist_per_cluster: Floats
     """Persisting fruitlets per cluster, of all clusters like them."""
     reference_mm_per_day: float
     """Mean over the resamples of the fastest true rates."""
@@ -61,16 +61,34 @@ def resample(followed: Sequence[Followed], noise: SizingNoise) -> Resampled:
     of_tagged, of_trees = _set_shares(rates, even), _set_shares(rates, weights)
     fruitlets_per_cluster = clusters[:, cluster].sum(axis=1) / len(tags)
     return Resampled(
-        set_of_tagged_pct=_interval(100.0 * of_tagged),
-        set_of_trees_pct=_interval(100.0 * of_trees),
-        persist_per_cluster=_interval(of_trees * fruitlets_per_cluster),
+        set_of_tagged_pct=100.0 * of_tagged,
+        set_of_trees_pct=100.0 * of_trees,
+        persist_per_cluster=of_trees * fruitlets_per_cluster,
         reference_mm_per_day=round(float(_references(rates, even).mean()), 9),
     )
 
 
+def interval90(values: Floats, forecast: float) -> Interval:
+    """Between the quantiles of 5 and 95 % of (R,) values, where that holds the forecast.
+
+    Else both quantiles are moved until it does: errors of the sizes shift a forecast, so
+    that it need not be the middle of what may be true. Nine of ten values stay inside.
+    """
+    below, above = float((values < forecast).mean()), float((values > forecast).mean())
+    first = min(below, _OUTSIDE / 2) if below < above else max(_OUTSIDE - above, _OUTSIDE / 2)
+    # Ends that were drawn: a share of so many fruitlets has no values in between.
+    low = np.quantile(values, first, method="lower")
+    high = np.quantile(values, first + 1.0 - _OUTSIDE, method="higher")
+    return min(float(low), forecast), max(float(high), forecast)
+
+
 def _weighted(rng: np.random.Generator, count: int) -> Floats:
-    """(R, count) weights of 1 on average."""
-    return rng.dirichlet(np.ones(count), RESAMPLES) * count
+    """(R, count) weights of 1 on average.
+
+    They spread a little more than Rubin's: a mean then varies as that of a sample does,
+    whose own mean had to be estimated.
+    """
+    return rng.dirichlet(np.full(count, max(count - 2, 1) / count), RESAMPLES) * count
 
 
 def _true_rates(
@@ -117,10 +135,3 @@ def _references(rates: Floats, weights: Floats) -> Floats:
     """(R,) mean rates of the fastest fruitlets; those that have fallen have no rate."""
     hanging = np.isfinite(rates)
     return weighted_means_of_fastest(np.where(hanging, rates, 0.0), np.where(hanging, weights, 0.0))
-
-
-def _interval(values: Floats) -> Interval:
-    # Weibull's plotting positions: of R + 1 values that are alike, the last lies between
-    # the quantiles of the others as often as is asked for.
-    low, high = np.quantile(values, _SHARES, method="weibull")
-    return float(low), float(high)

@@ -66,10 +66,13 @@ def intervals(visits: Sequence[BlockVisit]) -> Iterator[tuple[BlockVisit, BlockV
         yield (long_ago or [visits[place - 1]])[-1], end
 
 
-def newest_interval(block: BlockRecord) -> tuple[date, date]:
-    """First days of the two visits that a forecast is made from when none are named.
+def chosen_interval(
+    block: BlockRecord, start: date | None = None, end: date | None = None
+) -> tuple[date, date]:
+    """First days of the two visits that a forecast is made from.
 
-    Raises BadInput when there are not two.
+    `end` is the newest where it is not named, `start` the one that it is best compared with.
+    Raises BadInput when there are not two visits, or none on a day that is named.
     """
     visits = visits_of(block)
     if len(visits) < 2:
@@ -77,8 +80,12 @@ def newest_interval(block: BlockRecord) -> tuple[date, date]:
             f"Block {block.name} has {_counted(visits)}; growth needs two.",
             f"Measure it again at least {LEAST_DAYS} days later.",
         )
-    *_, (start, end) = intervals(visits)
-    return start.first, end.first
+    last = visits[-1] if end is None else visit_on(block, end)
+    if start is not None:
+        return visit_on(block, start).first, last.first
+    if last == visits[0]:
+        raise BadInput(f"Block {block.name} has no visit before that of {last.first}.")
+    return next(before.first for before, after in intervals(visits) if after == last), last.first
 
 
 def visit_on(block: BlockRecord, day: date) -> BlockVisit:

@@ -1,0 +1,100 @@
+"""A block's forecast as text: what it means first, then the numbers behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fieldcam.cli.console import table
+from fieldcam.growth.crop import CropForecast, Verdict
+from fieldcam.growth.forecast import Forecast
+from fieldcam.growth.influence import ClusterInfluence, influences
+from fieldcam.growth.resampling import Interval
+from fieldcam.growth.warnings import Warning
+from fieldcam.words import number_of
+
+_VERDICTS = {
+    Verdict.TOO_MANY: "more than the target of {target:g}: thin again",
+    Verdict.ON_TARGET: "the target of {target:g} is within reach",
+    Verdict.TOO_FEW: "fewer than the target of {target:g}: do not thin any more",
+}
+
+
+def growth_lines(
+    found: Forecast,
+    warnings: Sequence[Warning],
+    trend: Sequence[Forecast],
+    crop: CropForecast | None,
+    notes: Sequence[str],
+) -> Iterator[str]:
+    yield (
+        f"Block {found.block.name}, {found.start.first} to {found.end.first}:"
+        f" {found.set_pct:.1f} % of the initial fruitlets will persist"
+        f" ({_span(found.interval90_pct)} %)."
+    )
+    if crop is not None:
+        yield _fruit_line(crop)
+    yield from _number_lines(found)
+    yield from _listed("Warnings", [each.text for each in warnings])
+    yield from _listed("Assumed", notes)
+    yield from _trend_lines(trend)
+    yield from ("", "Clusters, those that count most first:")
+    yield from table(
+        [("tag", "tree", "first", "persist", "abscise", "fallen", "not seen", "influence")]
+        + [_cluster_row(each) for each in influences(found)],
+        "><>>>>>>",
+    )
+
+
+def _fruit_line(crop: CropForecast) -> str:
+    line = f"Fruit per tree: {crop.fruit:.0f} ({_span(crop.interval90_fruit, 0)})"
+    if crop.verdict is None or crop.plan.target_fruit is None:
+        return f"{line}."
+    return f"{line}; {_VERDICTS[crop.verdict].format(target=crop.plan.target_fruit)}."
+
+
+def _number_lines(found: Forecast) -> Iterator[str]:
+    counts, reference = found.counts, found.reference
+    yield f"On all trees like these: {_span(found.interval90_trees_pct)} %."
+    yield ""
+    yield (
+        f"Of {number_of(counts.initial, 'fruitlet')} on the first visit {counts.persist} persist,"
+        f" {counts.abscise} abscise ({counts.fallen} have fallen), {counts.not_seen} were not"
+        " seen and are left out."
+    )
+    yield (
+        f"Over {found.days:g} days the {reference.n} fastest grew"
+        f" {reference.rate_mm_per_day:.2f} mm/day ({reference.measured_mm_per_day:.2f} as"
+        f" measured); what grew more than {reference.cutoff_mm_per_day:.2f} persists."
+    )
+
+
+def _trend_lines(trend: Sequence[Forecast]) -> Iterator[str]:
+    if len(trend) > 1:
+        yield from ("", "Visit by visit:")
+        yield from (
+            f"  {each.start.first} to {each.end.first}: {each.set_pct:.1f} %"
+            f" ({_span(each.interval90_pct)})"
+            for each in trend
+        )
+
+
+def _listed(heading: str, sentences: Sequence[str]) -> Iterator[str]:
+    if sentences:
+        yield from ("", f"{heading}:")
+        yield from (f"  {sentence}" for sentence in sentences)
+
+
+def _cluster_row(each: ClusterInfluence) -> tuple[str, ...]:
+    counts = each.counts
+    numbers = (counts.initial, counts.persist, counts.abscise, counts.fallen, counts.not_seen)
+    return (
+        str(each.tag_id),
+        each.tree or "",
+        *map(str, numbers),
+        f"{each.influence_points:+.2f}",
+    )
+
+
+def _span(interval: Interval, digits: int = 1) -> str:
+    low, high = interval
+    return f"{low:.{digits}f} to {high:.{digits}f}"

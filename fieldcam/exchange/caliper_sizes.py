@@ -1,0 +1,123 @@
+"""The sizes that a caliper table holds, whatever its shape."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import date
+from statistics import median
+
+from fieldcam.errors import BadInput
+from fieldcam.growth.records import Presence
+
+SIZES_MM = (1.0, 100.0)
+LEAST_MEDIAN_MM = 2.5
+"""Below it the sizes are most likely in centimetres."""
+
+
+@dataclass(frozen=True, slots=True)
+class CaliperSize:
+    """One cell: a fruit on one day."""
+
+    place: str
+    """Where it stands, for complaints."""
+    tree: str
+    """Empty where the table names none."""
+    cluster: int
+    fruit: str
+    """Empty where fruits have no names."""
+    day: date
+    written: str
+    diameter_mm: float | None
+    presence: Presence | None = None
+    """Where the table says more than calipers do."""
+
+
+def check_sizes(name: str, sizes: Sequence[CaliperSize]) -> None:
+    """Raises BadInput for what cannot be sizes of fruitlets in mm, and for repeated ones."""
+    known = [each for each in sizes if each.diameter_mm is not None]
+    if not known:
+        raise BadInput(f"{name} holds no sizes.")
+    middle = median(each.diameter_mm for each in known if each.diameter_mm is not None)
+    if middle < LEAST_MEDIAN_MM:
+        raise BadInput(
+            f"{name}: the sizes are {middle:.2g} in the middle; are they in centimetres?",
+            "fieldcam needs millimetres.",
+        )
+    low, high = SIZES_MM
+    for each in known:
+        if each.diameter_mm is not None and not low <= each.diameter_mm <= high:
+            raise BadInput(f"{each.place}: {each.written} mm is no size of a fruitlet.")
+    _check_once(sizes)
+
+
+def _check_once(sizes: Sequence[CaliperSize]) -> None:
+    places: dict[tuple[str, int, str, date], str] = {}
+    for each in sizes:
+        key = each.tree, each.cluster, each.fruit, each.day
+        if each.fruit and key in places:
+            raise BadInput(
+                f"{each.place}: fruit {each.fruit} of cluster {each.cluster} on {each.day} is"
+                f" in {_end_of(places[key], each.place)} already."
+            )
+        places[key] = each.place
+
+
+def named_by_size(sizes: Sequence[CaliperSize]) -> list[CaliperSize]:
+    """Fruits without names get "1" for the largest of the cluster on the day, "2" and so on.
+
+    Raises BadInput where only some fruits of a cluster have names.
+    """
+    groups: dict[tuple[int, date], list[CaliperSize]] = {}
+    named = {each.cluster for each in sizes if each.fruit}
+    for each in sizes:
+        if not each.fruit and each.cluster in named:
+            raise BadInput(
+                f"{each.place}: this fruit of cluster {each.cluster} has no name, but others have."
+            )
+        if not each.fruit:
+            groups.setdefault((each.cluster, each.day), []).append(each)
+    found = [each for each in sizes if each.fruit]
+    for group in groups.values():
+        group.sort(key=lambda each: -(each.diameter_mm or 0.0))
+        found += [replace(each, fruit=str(rank)) for rank, each in enumerate(group, start=1)]
+    return found
+
+
+def in_one_numbering(name: str, sizes: Sequence[CaliperSize]) -> tuple[list[CaliperSize], str]:
+    """Clusters that are numbered anew on each tree get numbers of their own, and a note says so.
+
+    Raises BadInput where a single cluster is on two trees.
+    """
+    trees: dict[int, dict[str, str]] = {}
+    for each in sizes:
+        trees.setdefault(each.cluster, {}).setdefault(each.tree, each.place)
+    twice = {cluster: places for cluster, places in trees.items() if len(places) > 1}
+    if not twice:
+        return list(sizes), ""
+    if 2 * len(twice) <= len(trees) or len(trees) < 2:
+        cluster, places = next(iter(twice.items()))
+        (one, there), (other, here), *_ = places.items()
+        raise BadInput(
+            f"{here}: cluster {cluster} is on tree {other or 'without a name'}, but on tree"
+            f" {one or 'without a name'} in {_end_of(there, here)}; were tags swapped?"
+        )
+    return _renumbered(name, sizes)
+
+
+def _renumbered(name: str, sizes: Sequence[CaliperSize]) -> tuple[list[CaliperSize], str]:
+    order = list(dict.fromkeys(each.tree for each in sizes))
+    width = 10 ** len(str(max(each.cluster for each in sizes)))
+    numbers = {tree: place * width for place, tree in enumerate(order, start=1)}
+    first = sizes[0]
+    note = (
+        f"{name} numbers the clusters anew on each tree: cluster {first.cluster} of tree"
+        f" {first.tree} is called {numbers[first.tree] + first.cluster} here, and so on."
+    )
+    return [replace(each, cluster=numbers[each.tree] + each.cluster) for each in sizes], note
+
+
+def _end_of(place: str, here: str) -> str:
+    """A place without what the complaint's own place said already."""
+    file, _, rest = place.partition(", ")
+    return rest if here.startswith(f"{file}, ") and rest else place

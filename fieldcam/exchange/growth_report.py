@@ -1,0 +1,94 @@
+"""A block's forecast as the JSON document of `fieldcam growth --json`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fieldcam.exchange.json_fields import Json
+from fieldcam.growth.crop import CropForecast
+from fieldcam.growth.forecast import Forecast, FruitletForecast
+from fieldcam.growth.influence import ClusterInfluence, influences
+from fieldcam.growth.warnings import Warning
+
+
+def growth_report(
+    found: Forecast,
+    warnings: Sequence[Warning],
+    trend: Sequence[Forecast],
+    crop: CropForecast | None,
+    notes: Sequence[str],
+) -> Json:
+    """The binding fields first, then what else is known; dates as YYYY-MM-DD."""
+    counts, reference = found.counts, found.reference
+    return {
+        "block": found.block.name,
+        "from": str(found.start.first),
+        "to": str(found.end.first),
+        "days": found.days,
+        "reference": {
+            "n": reference.n,
+            "rate_mm_per_day": reference.rate_mm_per_day,
+            "measured_mm_per_day": reference.measured_mm_per_day,
+            "corrected_mm_per_day": reference.corrected_mm_per_day,
+        },
+        "cutoff_mm_per_day": reference.cutoff_mm_per_day,
+        "initial": counts.initial,
+        "persist": counts.persist,
+        "abscise": counts.abscise,
+        "fallen": counts.fallen,
+        "not_seen": counts.not_seen,
+        "set_pct_of_initial": found.set_pct,
+        "interval90_pct": list(found.interval90_pct),
+        "interval90_trees_pct": list(found.interval90_trees_pct),
+        "warnings": [{"code": each.code, "text": each.text} for each in warnings],
+        "notes": list(notes),
+        "crop": None if crop is None else _crop(crop),
+        "trend": [_step(each) for each in trend],
+        "clusters": [_cluster(each) for each in influences(found)],
+        "fruitlets": [_fruitlet(each) for each in found.fruitlets],
+    }
+
+
+def _crop(crop: CropForecast) -> Json:
+    return {
+        "bloom_clusters_per_tree": crop.plan.bloom_clusters,
+        "target_fruit_per_tree": crop.plan.target_fruit,
+        "fruit_per_tree": crop.fruit,
+        "interval90_fruit_per_tree": list(crop.interval90_fruit),
+        "fruit_per_tree_by_potential": crop.fruit_by_potential,
+        "verdict": crop.verdict,
+    }
+
+
+def _step(found: Forecast) -> Json:
+    return {
+        "from": str(found.start.first),
+        "to": str(found.end.first),
+        "set_pct_of_initial": found.set_pct,
+        "interval90_pct": list(found.interval90_pct),
+        "interval90_trees_pct": list(found.interval90_trees_pct),
+    }
+
+
+def _cluster(cluster: ClusterInfluence) -> Json:
+    counts = cluster.counts
+    return {
+        "tag": cluster.tag_id,
+        "tree": cluster.tree,
+        "initial": counts.initial,
+        "persist": counts.persist,
+        "abscise": counts.abscise,
+        "fallen": counts.fallen,
+        "not_seen": counts.not_seen,
+        "influence_points": cluster.influence_points,
+    }
+
+
+def _fruitlet(each: FruitletForecast) -> Json:
+    return {
+        "tag": each.fruitlet.tag_id,
+        "fruitlet": each.fruitlet.fruitlet,
+        "sizes_mm": {str(day): mm for day, mm in each.sizes_mm.items()},
+        "rate_mm_per_day": each.rate_mm_per_day,
+        "state": each.state,
+    }

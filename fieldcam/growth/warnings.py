@@ -1,0 +1,217 @@
+"""What a grower should know before believing a forecast."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import date
+from statistics import mean, median
+
+from fieldcam.growth.forecast import Forecast
+from fieldcam.growth.reference import FASTEST
+from fieldcam.growth.visits import LEAST_DAYS, visits_of
+from fieldcam.words import number_of
+
+LEAST_START_MM = 6.0
+LEAST_DAYS_AFTER_SPRAY = 9
+FEWEST_CLUSTERS = 50
+MOST_NOT_SEEN = 0.1
+REFERENCE_MM_PER_DAY = (0.3, 1.5)
+GROWTH_MM_PER_DAY = (-1.0, 2.5)
+MOST_SHRUNK_MM = 1.0
+"""Of the median fruitlet of a cluster: more than any measuring error."""
+MOST_APART_POINTS = 3.0
+_NAMED = 5
+
+Check = Callable[[Forecast], str | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Warning:
+    """One reason for doubt; `code` stays the same, `text` is a sentence for the grower."""
+
+    code: str
+    text: str
+
+
+def warnings_about(
+    found: Forecast, sprays: Sequence[date] = (), by_size_order: Forecast | None = None
+) -> tuple[Warning, ...]:
+    """All that speaks against a forecast.
+
+    `sprays` are the days of thinning sprays; `by_size_order` is the same forecast with
+    fruitlets matched by size order alone.
+    """
+    return tuple(_warnings(found, sprays, by_size_order))
+
+
+def _warnings(
+    found: Forecast, sprays: Sequence[date], by_size_order: Forecast | None
+) -> Iterator[Warning]:
+    for code, check in _CHECKS.items():
+        if text := check(found):
+            yield Warning(code, text)
+    if text := _soon_after_spray(found, sprays):
+        yield Warning("soon_after_spray", text)
+    if by_size_order is not None and (text := _apart(found, by_size_order)):
+        yield Warning("size_order_differs", text)
+
+
+def _short_interval(found: Forecast) -> str | None:
+    if found.days >= LEAST_DAYS:
+        return None
+    return (
+        f"The two visits are {number_of(round(found.days), 'day')} apart; growth over less than"
+        f" {LEAST_DAYS} days lies inside the measuring errors."
+    )
+
+
+def _small_fruit(found: Forecast) -> str | None:
+    start_mm = mean(
+        size[1].diameter_mm
+        for each in found.fruitlets
+        if each.rate_mm_per_day is not None
+        and (size := found.start.sighting(each.fruitlet)) is not None
+        and size[1].diameter_mm is not None
+    )
+    if start_mm >= LEAST_START_MM:
+        return None
+    return (
+        f"The fruitlets measured {start_mm:.1f} mm on average at the first of the two visits;"
+        f" below {LEAST_START_MM:.0f} mm it is too early."
+    )
+
+
+def _few_clusters(found: Forecast) -> str | None:
+    clusters = len(visits_of(found.block)[0].clusters)
+    if clusters >= FEWEST_CLUSTERS:
+        return None
+    return (
+        f"Only {number_of(clusters, 'cluster')} were measured on the first visit; with fewer"
+        f" than {FEWEST_CLUSTERS} the forecast says little about the other trees."
+    )
+
+
+def _few_fruitlets(found: Forecast) -> str | None:
+    if found.reference.n >= FASTEST:
+        return None
+    return (
+        f"Only {number_of(found.reference.n, 'fruitlet')} have a growth rate: the reference is"
+        f" the mean of them all, not of the {FASTEST} fastest, so the cutoff is too low."
+    )
+
+
+def _many_not_seen(found: Forecast) -> str | None:
+    counts = found.counts
+    if counts.not_seen <= MOST_NOT_SEEN * counts.initial:
+        return None
+    return (
+        f"{counts.not_seen} of {counts.initial} fruitlets were not seen again and are left out;"
+        f" more than {MOST_NOT_SEEN:.0%} make the forecast doubtful."
+    )
+
+
+def _clusters_missed(found: Forecast) -> str | None:
+    everywhere = visits_of(found.block)[0].clusters
+    missed = [
+        f"{len(everywhere - visit.clusters)} on {visit.first}"
+        for visit in (found.start, found.end)
+        if everywhere - visit.clusters
+    ]
+    if not missed:
+        return None
+    return (
+        f"Of the {len(everywhere)} clusters of the first visit some were not measured:"
+        f" {', '.join(missed)}; their fruitlets count as not seen."
+    )
+
+
+def _odd_reference(found: Forecast) -> str | None:
+    low, high = REFERENCE_MM_PER_DAY
+    rate = found.reference.rate_mm_per_day
+    if low <= rate <= high:
+        return None
+    return (
+        f"The fastest fruitlets grew {rate:.2f} mm/day; {low} to {high} is usual. Are the sizes"
+        " in mm, and the dates right?"
+    )
+
+
+def _odd_growth(found: Forecast) -> str | None:
+    low, high = GROWTH_MM_PER_DAY
+    odd = [
+        f"fruitlet {each.fruitlet.fruitlet} of cluster {each.fruitlet.tag_id}"
+        for each in found.fruitlets
+        if each.rate_mm_per_day is not None and not low <= each.rate_mm_per_day <= high
+    ]
+    if not odd:
+        return None
+    return (
+        f"{number_of(len(odd), 'fruitlet')} grew less than {low:.0f} or more than {high} mm/day,"
+        f" which no fruitlet does: {_named(odd)}."
+    )
+
+
+def _mixed_up_clusters(found: Forecast) -> str | None:
+    """A tag that hangs at another cluster than before shows other fruitlets."""
+    grown: dict[int, list[float]] = {}
+    for each in found.fruitlets:
+        if each.rate_mm_per_day is not None:
+            grown.setdefault(each.fruitlet.tag_id, []).append(each.rate_mm_per_day * found.days)
+    odd = [str(tag) for tag, mm in grown.items() if median(mm) < -MOST_SHRUNK_MM]
+    if not odd:
+        return None
+    return (
+        f"Most fruitlets of {number_of(len(odd), 'cluster')} shrank by more than"
+        f" {MOST_SHRUNK_MM:.0f} mm: was a tag moved or swapped? {_named(odd)}."
+    )
+
+
+def _first_interval(found: Forecast) -> str | None:
+    if found.start.first != visits_of(found.block)[0].first:
+        return None
+    return (
+        "This is the block's first interval, and early growth can mislead: measure once more"
+        " before you decide."
+    )
+
+
+def _soon_after_spray(found: Forecast, sprays: Sequence[date]) -> str | None:
+    since = min(
+        ((found.end.first - day).days for day in sprays if day <= found.end.first), default=None
+    )
+    if since is None or since >= LEAST_DAYS_AFTER_SPRAY:
+        return None
+    return (
+        f"The last spray was {number_of(since, 'day')} before the second visit; its effect shows"
+        f" after about {LEAST_DAYS_AFTER_SPRAY} days."
+    )
+
+
+def _apart(found: Forecast, other: Forecast) -> str | None:
+    apart = abs(found.set_pct - other.set_pct)
+    if apart <= MOST_APART_POINTS:
+        return None
+    return (
+        f"Matched by size order alone, {other.set_pct:.1f} % would persist,"
+        f" {apart:.1f} points away: look at how the fruitlets were matched."
+    )
+
+
+def _named(things: Sequence[str]) -> str:
+    more = len(things) - _NAMED
+    return ", ".join(things[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+_CHECKS: dict[str, Check] = {
+    "short_interval": _short_interval,
+    "small_fruitlets": _small_fruit,
+    "first_interval": _first_interval,
+    "few_clusters": _few_clusters,
+    "few_fruitlets": _few_fruitlets,
+    "many_not_seen": _many_not_seen,
+    "clusters_missed": _clusters_missed,
+    "odd_reference": _odd_reference,
+    "odd_growth": _odd_growth,
+    "mixed_up_clusters": _mixed_up_clusters,
+}

@@ -1,0 +1,4 @@
+class Cell:
+    value: object
+    row: int
+    coordinate: str
