@@ -25,7 +25,7 @@ from fieldcam.store.judgement_rows import (
     TargetCorrection,
 )
 from fieldcam.store.orchard_rows import BlockSetting, Cluster, Route, Setting, Spray
-from fieldcam.store.readings import accepted_readings, reading_row, stored_reading
+from fieldcam.store.readings import reading_row, stored_reading
 from fieldcam.store.resuming import last_undoable, resume, waiting_for_analysis
 from fieldcam.store.walk_rows import AnalysisFailure, Event, EventKind
 from fieldcam.store.walks import ClusterState, Progress, expectation, walk_route
@@ -239,8 +239,6 @@ def test_a_clusters_history(walk: MadeWalk) -> None:
     assert len(stored_reading(walk.store.database, summary.id).target) == 4
     marks = cluster_marks(walk.store.database, walk.block, 11)
     assert [(m.mark, m.count) for m in marks] == [(MarkKind.FALLEN, 1)]
-    (counted,) = accepted_readings(walk.store.database, walk.block)
-    assert (counted.day, counted.tag_id, counted.capture) == (FIRST_DAY, 11, early)
 
 
 def test_the_last_reading_of_a_picture_counts(walk: MadeWalk) -> None:

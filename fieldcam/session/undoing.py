@@ -23,6 +23,11 @@ _TAG = {
     "fruitlet_mark": "SELECT coalesce(word.tag_id, (SELECT capture_now.tag_id FROM capture_now"
     " WHERE capture_now.reading = word.reading)) AS tag_id"
     " FROM fruitlet_mark AS word WHERE word.id = ?",
+    "caliper_size": "SELECT tag_id FROM caliper_size WHERE id = ?",
+    "caliper_identity": "SELECT capture_now.tag_id FROM capture_now JOIN caliper_identity AS word"
+    " ON word.reading = capture_now.reading WHERE word.id = ?",
+    "association_word": "SELECT capture_now.tag_id FROM capture_now JOIN association_word AS word"
+    " ON word.one_reading = capture_now.reading WHERE word.id = ?",
 }
 """Which cluster a row is about, by its table."""
 _NAMES = {
@@ -32,6 +37,9 @@ _NAMES = {
     "note": "the note",
     "skip": "the skipping",
     "fruitlet_mark": "the mark",
+    "caliper_size": "the caliper size",
+    "caliper_identity": "the fruit's name",
+    "association_word": "the match",
     "block_facts": "the block's facts",
     "tree": "the trees",
     "cluster": "the place on the route",

@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from datetime import date
 from typing import Any
 
 from sqlite_utils import Database
 
 from fieldcam.exchange.readings import dump_reading, load_reading
-from fieldcam.store.connection import rows
 from fieldcam.store.lookups import row_of
 from fieldcam.store.rows import EntryId
 from fieldcam.store.walk_rows import Reading
 from fieldcam.values import ClusterReading, Fruitlet
-
-
-@dataclass(frozen=True, slots=True)
-class AcceptedReading:
-    """A reading that counts for its cluster on its day."""
-
-    day: date
-    tag_id: int
-    capture: EntryId
-    reading: EntryId
 
 
 def reading_row(capture: EntryId, reading: ClusterReading, duration_ms: float) -> Reading:
@@ -48,23 +35,6 @@ def reading_row(capture: EntryId, reading: ClusterReading, duration_ms: float) -
 def stored_reading(database: Database, key: EntryId) -> ClusterReading:
     """A whole reading, with masks, clouds and disparity."""
     return load_reading(row_of(database, "reading", key)["document"])
-
-
-def accepted_readings(database: Database, block: EntryId) -> tuple[AcceptedReading, ...]:
-    """What the growth of a block is computed from, the earliest day first."""
-    found = rows(
-        database,
-        "SELECT visit.day, capture.tag_id, capture.id, capture.reading FROM capture_now AS capture"
-        " JOIN visit ON visit.id = capture.visit"
-        " WHERE visit.block = ? AND capture.action = 'accept'"
-        " AND capture.reading IS NOT NULL AND capture.tag_id IS NOT NULL"
-        " ORDER BY visit.day, capture.turn",
-        block,
-    )
-    return tuple(
-        AcceptedReading(date.fromisoformat(r["day"]), r["tag_id"], r["id"], r["reading"])
-        for r in found
-    )
 
 
 def _size(fruitlet: Fruitlet) -> dict[str, Any]:

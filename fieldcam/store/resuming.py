@@ -26,6 +26,9 @@ _UNDOABLE = (
     "tag_correction",
     "target_correction",
     "note",
+    "caliper_size",
+    "caliper_identity",
+    "association_word",
 )
 
 

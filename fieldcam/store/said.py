@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime, timedelta, timezone
+from datetime import date, datetime, timedelta, timezone
 from typing import Any
 
 from sqlite_utils import Database
 
 from fieldcam.store.connection import rows
+from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
 from fieldcam.store.history import cluster_history
 from fieldcam.store.judgement_rows import (
     Action,
@@ -25,7 +26,17 @@ from fieldcam.store.judgement_rows import (
 )
 from fieldcam.store.rows import EntryId
 
-Saying = Decision | FruitletMark | TagCorrection | TargetCorrection | Note | Skip
+Saying = (
+    Decision
+    | FruitletMark
+    | TagCorrection
+    | TargetCorrection
+    | Note
+    | Skip
+    | CaliperSize
+    | CaliperIdentity
+    | AssociationWord
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +68,12 @@ _ABOUT = {
     "fruitlet_mark": (_SHOWN_IN, f"word.reading IN {_READINGS} OR ({_ON_CLUSTER})"),
     "note": ("word.subject", f"word.subject IN {_PICTURES}"),
     "skip": ("NULL", _ON_CLUSTER),
+    "caliper_size": ("NULL", "word.block = here.block AND word.tag_id = here.tag_id"),
+    "caliper_identity": (_SHOWN_IN, f"word.reading IN {_READINGS}"),
+    "association_word": (
+        "(SELECT capture FROM reading WHERE reading.id = word.one_reading)",
+        f"word.one_reading IN {_READINGS}",
+    ),
 }
 """For each table, the picture that a row is about, and whether it is about the cluster."""
 
@@ -109,6 +126,17 @@ def _mark(row: dict[str, Any]) -> FruitletMark:
     )
 
 
+def _caliper_size(row: dict[str, Any]) -> CaliperSize:
+    return CaliperSize(
+        row["block"],
+        row["tag_id"],
+        date.fromisoformat(row["day"]),
+        row["fruit"],
+        row["diameter_mm"],
+        row["source"],
+    )
+
+
 _SAYINGS: dict[str, Callable[[dict[str, Any]], Saying]] = {
     "decision": _decision,
     "tag_correction": lambda row: TagCorrection(row["capture"], row["tag_id"]),
@@ -116,4 +144,9 @@ _SAYINGS: dict[str, Callable[[dict[str, Any]], Saying]] = {
     "fruitlet_mark": _mark,
     "note": lambda row: Note(row["text"], row["subject"]),
     "skip": lambda row: Skip(row["visit"], row["tag_id"]),
+    "caliper_size": _caliper_size,
+    "caliper_identity": lambda row: CaliperIdentity(row["reading"], row["fruitlet"], row["fruit"]),
+    "association_word": lambda row: AssociationWord(
+        row["one_reading"], row["one_fruitlet"], row["other_reading"], row["other_fruitlet"]
+    ),
 }

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from statistics import mean
 
 from fieldcam.store.days import ClusterDay
+from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
 from fieldcam.store.history import CaptureRecord
 from fieldcam.store.judgement_rows import (
     Action,
@@ -128,6 +129,14 @@ def _said(saying: Saying) -> str:
             return f"note: {text}"
         case Skip():
             return "skipped"
+        case CaliperSize(_, _, day, fruit, diameter_mm):
+            return f"{fruit} has {diameter_mm:.2f} mm by caliper on {day:%d %b}"
+        case CaliperIdentity(_, fruitlet, fruit):
+            return f"fruitlet {fruitlet} is {fruit}"
+        case AssociationWord(_, fruitlet, _, None):
+            return f"fruitlet {fruitlet} is not in another picture"
+        case AssociationWord(_, fruitlet, _, other):
+            return f"fruitlet {fruitlet} is {other} of another picture"
 
 
 def _answer(answer: Answer | None) -> str:

@@ -1,0 +1,81 @@
+"""A cluster as association works on it, out of the store."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+from sqlite_utils import Database
+
+from fieldcam.growth.places import ClusterVisit, Place, View, Word
+from fieldcam.store.counted import CountedPicture, CountedVisit, association_words, counted_visits
+from fieldcam.store.fruit_rows import AssociationWord
+from fieldcam.store.readings import stored_reading
+from fieldcam.store.rows import EntryId
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FollowedCluster:
+    """What there is to follow the fruitlets of one cluster by."""
+
+    tag_id: int
+    visits: tuple[ClusterVisit, ...]
+    """The earliest first."""
+    words: tuple[Word, ...]
+    """The operator's, the oldest first."""
+
+
+def followed_cluster(database: Database, block: EntryId, tag_id: int) -> FollowedCluster:
+    """One cluster; without visits where nothing of it was accepted or marked."""
+    return _followed(database, tag_id, counted_visits(database, block, tag_id))
+
+
+def followed_clusters(database: Database, block: EntryId) -> Iterator[FollowedCluster]:
+    """All clusters of a block of which something was accepted or marked, one at a time.
+
+    Readings take room, so that a block is not to be held as a whole.
+    """
+    visits = counted_visits(database, block)
+    for tag_id, counted in groupby(visits, key=lambda visit: visit.tag_id):
+        yield _followed(database, tag_id, tuple(counted))
+
+
+def word_row(word: Word) -> AssociationWord:
+    """The row that keeps the operator's word."""
+    if word.other is not None:
+        other, fruitlet = word.other.reading, word.other.fruitlet
+        return AssociationWord(word.one.reading, word.one.fruitlet, other, fruitlet)
+    assert word.not_in is not None  # a word names the other fruitlet or where there is none
+    return AssociationWord(word.one.reading, word.one.fruitlet, word.not_in)
+
+
+def _followed(database: Database, tag_id: int, counted: Sequence[CountedVisit]) -> FollowedCluster:
+    readings = [picture.reading for visit in counted for picture in visit.pictures]
+    return FollowedCluster(
+        tag_id,
+        tuple(_visit(database, visit) for visit in counted),
+        tuple(_word(row) for row in association_words(database, readings)),
+    )
+
+
+def _visit(database: Database, visit: CountedVisit) -> ClusterVisit:
+    views = tuple(_view(database, picture) for picture in visit.pictures)
+    return ClusterVisit(visit.day, views, visit.fallen, visit.hidden)
+
+
+def _view(database: Database, picture: CountedPicture) -> View:
+    return View(
+        picture.reading,
+        stored_reading(database, picture.reading),
+        picture.struck_out,
+        picture.fallen,
+        picture.cluster,
+    )
+
+
+def _word(row: AssociationWord) -> Word:
+    one = Place(row.one_reading, row.one_fruitlet)
+    if row.other_fruitlet is None:
+        return Word(one, None, row.other_reading)
+    return Word(one, Place(row.other_reading, row.other_fruitlet))

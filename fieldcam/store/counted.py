@@ -1,0 +1,158 @@
+"""The pictures that growth is computed from, and what the operator said about them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from datetime import date
+from typing import Any
+
+from sqlite_utils import Database
+
+from fieldcam.store.connection import rows
+from fieldcam.store.fruit_rows import AssociationWord
+from fieldcam.store.judgement_rows import MarkKind
+from fieldcam.store.rows import EntryId
+
+MOST_VIEWS = 2
+"""Pictures of a cluster that count on one visit."""
+
+
+@dataclass(frozen=True, slots=True)
+class CountedPicture:
+    """An accepted picture with a reading."""
+
+    capture: EntryId
+    reading: EntryId
+    cluster: int | None
+    """The target cluster, where the operator corrected it."""
+    living: int
+    struck_out: frozenset[int]
+    """Fruitlets of the reading that are none."""
+    fallen: frozenset[int]
+    """Fruitlets of the reading that the operator saw fall since."""
+
+
+@dataclass(frozen=True, slots=True)
+class CountedVisit:
+    """A cluster on one visit on which something was accepted or marked."""
+
+    tag_id: int
+    day: date
+    pictures: tuple[CountedPicture, ...]
+    """At most two, those with the most living fruitlets, in the order they were taken."""
+    fallen: int
+    """Fruitlets since the visit before, besides those that a picture shows."""
+    hidden: int
+    """Fruitlets that hang there where no picture shows them, those added by hand too."""
+
+
+def counted_visits(
+    database: Database, block: EntryId, tag_id: int | None = None
+) -> tuple[CountedVisit, ...]:
+    """Of one cluster or of all, by tag and then by day."""
+    pictures: dict[tuple[int, str], list[CountedPicture]] = {}
+    for row in _accepted(database, block, tag_id):
+        pictures.setdefault((row["tag_id"], row["day"]), []).append(_picture(database, row))
+    marks = _cluster_marks(database, block, tag_id)
+    return tuple(
+        _visit(database, *key, pictures.get(key, []), marks.get(key, {}))
+        for key in sorted({*pictures, *marks})
+    )
+
+
+def association_words(
+    database: Database, readings: Iterable[EntryId]
+) -> tuple[AssociationWord, ...]:
+    """What stands about pairs of these readings, the oldest first."""
+    sql = (
+        "WITH here AS (SELECT value FROM json_each(?))"
+        " SELECT one_reading, one_fruitlet, other_reading, other_fruitlet"
+        " FROM association_word_now WHERE one_reading IN here AND other_reading IN here"
+        " ORDER BY turn, id"
+    )
+    found = rows(database, sql, json.dumps(sorted(readings)))
+    return tuple(AssociationWord(**row) for row in found)
+
+
+def _accepted(database: Database, block: EntryId, tag_id: int | None) -> list[dict[str, Any]]:
+    only = ""
+    which: tuple[int, ...] = ()
+    if tag_id is not None:
+        only = (
+            " AND capture.tag_id = ?"
+            " AND capture.id IN (SELECT capture FROM tag_candidate WHERE tag_id = ?)"
+        )
+        which = (tag_id, tag_id)
+    sql = (
+        "SELECT visit.day, capture.tag_id, capture.id AS capture, capture.reading,"
+        " (SELECT cluster FROM target_correction_now WHERE reading = capture.reading) AS cluster,"
+        " (SELECT living FROM count_now WHERE capture = capture.id) AS living"
+        " FROM capture_now AS capture JOIN visit ON visit.id = capture.visit"
+        " WHERE visit.block = ? AND capture.action = 'accept'"
+        f" AND capture.reading IS NOT NULL AND capture.tag_id IS NOT NULL{only}"
+        " ORDER BY visit.day, capture.turn"
+    )
+    return rows(database, sql, block, *which)
+
+
+def _picture(database: Database, row: dict[str, Any]) -> CountedPicture:
+    sql = "SELECT fruitlet, mark FROM fruitlet_mark_now WHERE reading = ? AND fruitlet IS NOT NULL"
+    marks = rows(database, sql, row["reading"])
+    marked = {
+        kind: frozenset(mark["fruitlet"] for mark in marks if mark["mark"] == kind)
+        for kind in (MarkKind.NOT_A_FRUITLET, MarkKind.FALLEN)
+    }
+    return CountedPicture(
+        capture=row["capture"],
+        reading=row["reading"],
+        cluster=row["cluster"],
+        living=row["living"],
+        struck_out=marked[MarkKind.NOT_A_FRUITLET],
+        fallen=marked[MarkKind.FALLEN],
+    )
+
+
+def _cluster_marks(
+    database: Database, block: EntryId, tag_id: int | None
+) -> dict[tuple[int, str], dict[str, int]]:
+    """How many fruitlets no picture of a visit shows, by kind of mark."""
+    sql = (
+        "SELECT mark.tag_id, visit.day, mark.mark, sum(mark.count) AS fruitlets"
+        " FROM fruitlet_mark_now AS mark JOIN visit ON visit.id = mark.visit"
+        " WHERE visit.block = ? AND coalesce(mark.tag_id = ?, 1)"
+        " GROUP BY mark.tag_id, visit.day, mark.mark"
+    )
+    found: dict[tuple[int, str], dict[str, int]] = {}
+    for row in rows(database, sql, block, tag_id):
+        found.setdefault((row["tag_id"], row["day"]), {})[row["mark"]] = row["fruitlets"]
+    return found
+
+
+def _visit(
+    database: Database,
+    tag_id: int,
+    day: str,
+    pictures: Sequence[CountedPicture],
+    marks: dict[str, int],
+) -> CountedVisit:
+    # Of several that show as many fruitlets the later ones count.
+    best = sorted(reversed(pictures), key=lambda picture: -picture.living)[:MOST_VIEWS]
+    kept = tuple(picture for picture in pictures if picture in best)
+    added = max((_added(database, picture.reading) for picture in kept), default=0)
+    return CountedVisit(
+        tag_id,
+        date.fromisoformat(day),
+        kept,
+        fallen=marks.get(MarkKind.FALLEN, 0),
+        hidden=marks.get(MarkKind.HIDDEN, 0) + added,
+    )
+
+
+def _added(database: Database, reading: EntryId) -> int:
+    sql = (
+        "SELECT coalesce(sum(count), 0) AS added FROM fruitlet_mark_now"
+        " WHERE reading = ? AND fruitlet IS NULL AND mark = 'added_by_hand'"
+    )
+    return int(rows(database, sql, reading)[0]["added"])
