@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from live_walks import read
 
+from fieldcam.growth.places import Word
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.store.history import CaptureRecord, FruitletSeen, ReadingSummary
 from fieldcam.store.judgement_rows import Action
@@ -139,6 +140,14 @@ class NotedWalk:
 
     def add_by_hand(self, capture: EntryId, diameter_mm: float) -> None:
         self.asked.append(("add_by_hand", capture, diameter_mm))
+
+    def name_fruit(
+        self, capture: EntryId, fruitlet: int, fruit: str, diameter_mm: float | None
+    ) -> None:
+        self.asked.append(("name_fruit", capture, fruitlet, fruit, diameter_mm))
+
+    def match(self, word: Word) -> None:
+        self.asked.append(("match", word))
 
     def note(self, text: str) -> None:
         self.asked.append(("note", text))

@@ -18,11 +18,13 @@ from queue import SimpleQueue
 from fieldcam.analysis.status import Status
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import FieldcamError
+from fieldcam.growth.places import Word
 from fieldcam.session import events
 from fieldcam.session.aiming import Aiming
 from fieldcam.session.book import WalkBook
 from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.doubt import Doubtful, NotNow
+from fieldcam.session.fruit_book import FruitBook
 from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.reading import Analysis, Readings
 from fieldcam.session.shutter import Shot, Shutter
@@ -56,7 +58,7 @@ class LiveWalk:
         """
         self._store, self._tell = store, listener
         self._view = WalkView(store, visit)
-        self._book = WalkBook(self._view)
+        self._book, self._fruit = WalkBook(self._view), FruitBook(self._view)
         self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._camera = CameraState.OPENING
         self._in_flight: deque[Shot] = deque()
@@ -129,6 +131,16 @@ class LiveWalk:
 
     def add_by_hand(self, capture: EntryId, diameter_mm: float) -> None:
         self._write(partial(self._book.add_by_hand, capture, diameter_mm))
+
+    def name_fruit(
+        self, capture: EntryId, fruitlet: int, fruit: str, diameter_mm: float | None
+    ) -> None:
+        """Name a fruitlet of any picture, perhaps with its size by caliper."""
+        self._write(partial(self._fruit.name_fruit, capture, fruitlet, fruit, diameter_mm))
+
+    def match(self, word: Word) -> None:
+        """Say which fruitlet of one picture is which of another."""
+        self._write(partial(self._fruit.match, word))
 
     def note(self, text: str) -> None:
         self._write(partial(self._book.note, text))

@@ -1,0 +1,106 @@
+"""Naming fruitlets, measuring them by caliper and matching them, on a live walk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+from live_walks import Walked, read, walked
+from stored_walks import FIRST_DAY
+
+from fieldcam.growth.places import Place, Word
+from fieldcam.session.events import Done, Refused, VerdictReady
+from fieldcam.session.state import Shown
+from fieldcam.store.calipers import caliper_sizes, names_in
+from fieldcam.store.counted import association_words
+from fieldcam.store.rows import EntryId
+
+
+@pytest.fixture
+def walk(tmp_path: Path) -> Iterator[Walked]:
+    with walked(tmp_path) as found:
+        found.start()
+        yield found
+
+
+def shoot(walk: Walked, tag_id: int = 11) -> tuple[Shown, EntryId]:
+    """A picture of three fruitlets, with its reading."""
+    shown = walk.shoot(read(tag_id, 3)).shown
+    assert shown is not None and shown.record.reading is not None
+    return shown, shown.record.reading.id
+
+
+def second_view(walk: Walked) -> tuple[Shown, EntryId]:
+    walk.analysis.outcomes.append(read(11, 3))
+    shown = walk.after(walk.live.second_view, VerdictReady)[1].shown
+    assert shown is not None and shown.record.reading is not None
+    return shown, shown.record.reading.id
+
+
+def sizes(walk: Walked) -> list[tuple[int, str, float]]:
+    found = caliper_sizes(walk.made.store.database, walk.made.block)
+    assert all(size.day == FIRST_DAY for size in found)
+    return [(size.tag_id, size.fruit, size.diameter_mm) for size in found]
+
+
+def test_fruitlets_are_named_and_measured(walk: Walked) -> None:
+    shown, reading = shoot(walk)
+    name, said = partial(walk.live.name_fruit, shown.id), []
+    for fruitlet, fruit, size in ((0, " fl 3 ", 9.25), (1, "", 8.5), (2, "", None)):
+        done, _ = walk.after(partial(name, fruitlet, fruit, size), Done)
+        said.append(done.sentence)
+    assert said == [
+        "Fruitlet 0 is fl 3, 9.25 mm by caliper.",
+        "Fruitlet 1 is 1, 8.50 mm by caliper.",
+        "Fruitlet 2 is 2.",
+    ]
+    database = walk.made.store.database
+    assert names_in(database, reading) == {0: "fl 3", 1: "1", 2: "2"}
+    assert sizes(walk) == [(11, "1", 8.5), (11, "fl 3", 9.25)]
+    undone, _ = walk.after(walk.live.undo, Done)
+    assert undone.sentence == "Undone: the fruit's name on tag 11."
+    undone, _ = walk.after(walk.live.undo, Done)
+    assert undone.sentence == "Undone: the fruit's name and the caliper size on tag 11."
+    assert names_in(database, reading) == {0: "fl 3"}
+    again, _ = walk.after(partial(name, 0, "", 9.5), Done)
+    assert again.sentence == "Fruitlet 0 is fl 3, 9.50 mm by caliper."
+    assert sizes(walk) == [(11, "fl 3", 9.5)]
+
+
+def test_what_makes_no_sense_is_refused(walk: Walked) -> None:
+    shown, reading = shoot(walk)
+    name = partial(walk.live.name_fruit, shown.id)
+    _, other = second_view(walk)
+    here, gone = Place(reading, 0), Place(other, 9)
+    commands: list[tuple[str, Callable[[], None]]] = [
+        ("measures between", partial(name, 0, "fl1", 0.0)),
+        ("measures between", partial(name, 0, "fl1", 101.0)),
+        ("measures between", partial(name, 0, "fl1", float("nan"))),
+        ("Choose a fruitlet", partial(name, 9, "fl1", 9.0)),
+        ("at most 20 letters", partial(name, 0, "x" * 21, 9.0)),
+        ("at most 20 letters", partial(name, 0, "\x1b", 9.0)),
+        ("no reading", partial(walk.live.name_fruit, "no picture", 0, "fl1", 9.0)),
+        ("look again", partial(walk.live.match, Word(here, gone))),
+        ("look again", partial(walk.live.match, Word(gone, None, reading))),
+        ("no reading", partial(walk.live.match, Word(here, None, "no reading"))),
+        ("two pictures", partial(walk.live.match, Word(here, Place(reading, 1)))),
+    ]
+    for words, command in commands:
+        refused, _ = walk.after(command, Refused)
+        assert words in refused.sentence
+    assert sizes(walk) == [] and names_in(walk.made.store.database, reading) == {}
+
+
+def test_matches_are_kept_until_they_are_undone(walk: Walked) -> None:
+    (_, one), (_, other) = shoot(walk), second_view(walk)
+    words = Word(Place(one, 0), Place(other, 2)), Word(Place(other, 1), None, one)
+    said = [walk.after(partial(walk.live.match, word), Done)[0].sentence for word in words]
+    assert said == ["Matched by hand.", "Unmatched by hand."]
+    database = walk.made.store.database
+    assert len(association_words(database, [one, other])) == 2
+    undone, _ = walk.after(walk.live.undo, Done)
+    assert undone.sentence == "Undone: the match on tag 11."
+    (kept,) = association_words(database, [one, other])
+    assert (kept.one_reading, kept.one_fruitlet, kept.other_fruitlet) == (one, 0, 2)
