@@ -75,7 +75,9 @@ class MadeWalk:
 
     def read(self, capture: EntryId, tag_read: int, fruitlets: int = 5) -> EntryId:
         """A reading of two clusters: the target of this many fruitlets, and one of three."""
-        target = [made_fruitlet(n, (100.0, 100.0), 9.0 + n, cluster=0) for n in range(fruitlets)]
+        target = [
+            made_fruitlet(n, (100.0 + 30 * n, 100.0), 9.0 + n, cluster=0) for n in range(fruitlets)
+        ]
         others = [
             made_fruitlet(fruitlets + n, (300.0, 100.0), None, in_target=False, cluster=1)
             for n in range(3)

@@ -51,6 +51,11 @@ def number(text: str, most: int = 1_000_000) -> float:
     return found
 
 
+def size_mm(text: str) -> float | None:
+    """A diameter by caliper, or none."""
+    return number(text, most=100) if text.strip() else None
+
+
 def day(text: str) -> date:
     try:
         return date.fromisoformat(text.strip())

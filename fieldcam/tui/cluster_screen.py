@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from sqlite_utils import Database
@@ -11,22 +12,28 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.widgets import Static
 
+from fieldcam.growth.agreement import Agreement, agreement
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.viewing import shown_picture
+from fieldcam.store.calipers import caliper_sizes, measured_twice, named_fruitlets
 from fieldcam.store.days import ClusterDay, cluster_days
 from fieldcam.store.history import CaptureRecord
 from fieldcam.store.objects import Objects
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
 from fieldcam.store.said import Word, said
+from fieldcam.tui import answers
 from fieldcam.tui.asking import AskText
 from fieldcam.tui.days_view import DaysView, Past
+from fieldcam.tui.forms import AskForm, Field
+from fieldcam.tui.fruit_words import Called, agreement_line, called
 from fieldcam.tui.history_words import picture_heading, picture_line, word_line
 from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.sizes_view import SizesView
+from fieldcam.tui.sketch import Still
 from fieldcam.words import number_of
 
 NO_CLUSTERS = "This block has no clusters yet."
@@ -39,6 +46,10 @@ class History:
     days: tuple[ClusterDay, ...]
     words: tuple[Word, ...]
     shown: Shown | None
+    names: Mapping[int, Called] = field(default_factory=dict)
+    """Of the fruitlets in the picture, with their sizes by caliper."""
+    agreement: Agreement | None = None
+    """Of camera and calipers, over the block."""
 
     @property
     def pictures(self) -> tuple[CaptureRecord, ...]:
@@ -56,8 +67,9 @@ class ClusterScreen(Page):
         Binding("right", "browse(1)", "Later"),
         Binding("up", "choose(-1)", "Fruitlet above", show=False),
         Binding("down", "choose(1)", "Fruitlet below", show=False),
-        Binding("k", "king", "King"),
-        Binding("m", "add_by_hand", "Add"),
+        Binding("k", "king", "King", show=False),
+        Binding("m", "add_by_hand", "Add", show=False),
+        Binding("c", "caliper", "Size"),
         Binding("u", "undo", "Undo"),
         Binding("pageup", "scroll_words(-1)", "Earlier words", show=False),
         Binding("pagedown", "scroll_words(1)", "Later words", show=False),
@@ -75,6 +87,7 @@ class ClusterScreen(Page):
             yield picture_view(self.pictures)
             yield SizesView(id="sizes")
         yield Static(id="caption", markup=False)
+        yield Static(id="agreement", markup=False)
         with Horizontal(id="past"):
             yield DaysView()
             with Past(id="words"):
@@ -103,6 +116,11 @@ class ClusterScreen(Page):
 
     def action_choose(self, by: int) -> None:
         self.query_one(SizesView).choose(by)
+        self._point()
+
+    def on_picture_view_picked(self, event: PictureView.Picked) -> None:
+        self.query_one(SizesView).pick(event.place.fruitlet)
+        self._point()
 
     def action_king(self) -> None:
         shown, fruitlet = self._shown, self.query_one(SizesView).chosen
@@ -120,12 +138,36 @@ class ClusterScreen(Page):
 
         self.app.push_screen(AskText("Its diameter in mm, by caliper:", "number"), measured)
 
+    def action_caliper(self) -> None:
+        shown, fruitlet = self._shown, self.query_one(SizesView).chosen
+        if shown is None or fruitlet is None or self._history is None:
+            return
+        known = self._history.names.get(fruitlet)
+
+        def measured(answer: tuple[float | None, str] | None) -> None:
+            if answer is not None:
+                size_mm, fruit = answer
+                self.walk.name_fruit(shown.id, fruitlet, fruit, size_mm)
+
+        fields = [
+            Field("Diameter in mm, or empty", check=answers.size_mm),
+            Field("Its number or name", "" if known is None else known.fruit),
+        ]
+        question = f"Fruitlet {fruitlet} by caliper:"
+        self.app.push_screen(AskForm(question, fields, _measurement), measured)
+
     def action_undo(self) -> None:
         self.walk.undo()
 
     def action_scroll_words(self, by: int) -> None:
         words = self.query_one("#words", Past)
         words.scroll_relative(y=by * max(1, words.size.height - 1), animate=False)
+
+    def _point(self) -> None:
+        """The chosen fruitlet stands out in the picture."""
+        shown, chosen = self._shown, self.query_one(SizesView).chosen
+        sketch = None if shown is None else Still(shown, chosen, numbered=True)
+        self.query_one(PictureView).draw(sketch)
 
     @property
     def _shown(self) -> Shown | None:
@@ -142,8 +184,17 @@ class ClusterScreen(Page):
 
         def read(database: Database) -> History:
             days = cluster_days(database, block, tag_id)
-            words = said(database, block, tag_id)
-            return History(days, words, _shown(database, objects, days, picture))
+            shown = _shown(database, objects, days, picture)
+            sizes, named = caliper_sizes(database, block), named_fruitlets(database, block)
+            reading = None if shown is None else shown.record.reading
+            pairs = measured_twice(sizes, named)
+            return History(
+                days,
+                said(database, block, tag_id),
+                shown,
+                {} if reading is None else called(reading.id, sizes, named),
+                agreement([p.camera_mm for p in pairs], [p.calipers_mm for p in pairs]),
+            )
 
         def show(found: History) -> None:
             days, pictures = len(found.days), len(found.pictures)
@@ -157,11 +208,15 @@ class ClusterScreen(Page):
         places = {picture.id: n + 1 for n, picture in enumerate(history.pictures)}
         shown = history.shown
         self.query_one("#heading", Static).update(heading)
-        self.query_one(PictureView).show(shown)
         self.query_one(SizesView).show(
             "" if shown is None else picture_heading(shown.record),
             None if shown is None else shown.record.reading,
+            {fruitlet: str(name) for fruitlet, name in history.names.items()},
         )
+        self._point()
+        measured = agreement_line(history.agreement)
+        self.query_one("#agreement", Static).update(measured)
+        self.query_one("#agreement").display = bool(measured)
         caption = (
             "There is no picture of this cluster yet."
             if shown is None
@@ -171,6 +226,10 @@ class ClusterScreen(Page):
         self.query_one(DaysView).show(history.days)
         newest_first = [word_line(word, places) for word in reversed(history.words)]
         self.query_one("#word-lines", Static).update("\n".join(newest_first))
+
+
+def _measurement(size: str, fruit: str) -> tuple[float | None, str]:
+    return answers.size_mm(size), answers.words(fruit)
 
 
 def _tag(state: WalkState) -> int | None:

@@ -12,8 +12,10 @@ from fieldcam.session.state import Shown
 from fieldcam.values import ClusterReading, Ellipse, ImageU8, PixelFormat
 
 RESTORE = "Copy it back from a backup of the data folder; its sizes are kept."
-OUTLINE = (255, 215, 95)
-STRUCK = (255, 90, 90)
+Colour = tuple[int, int, int]
+OUTLINE: Colour = (255, 215, 95)
+STRUCK: Colour = (255, 90, 90)
+CHOSEN: Colour = (90, 200, 255)
 MARGIN = 1.25
 """Of what is shown around the cluster, against its own extent."""
 LEAST_PX = 240.0
@@ -26,9 +28,10 @@ _BAYER = {
 """Row and column of red, one green and blue in each 2x2 cell."""
 
 
-def still(shown: Shown, size: tuple[int, int]) -> ImageU8:
+def still(shown: Shown, size: tuple[int, int], chosen: int | None = None) -> ImageU8:
     """The picture that is decided on, `size` being width and height in small pixels.
 
+    The outline of the chosen fruitlet stands out.
     Raises OSError and ImageUnreadable, of which `not_there` makes a sentence.
     """
     raw = stored_image(shown.left)
@@ -41,6 +44,8 @@ def still(shown: Shown, size: tuple[int, int]) -> ImageU8:
     for fruitlet in () if shown.reading is None else shown.reading.fruitlets:
         if fruitlet.id in living and fruitlet.outline is not None:
             draw(small, frame, fruitlet.outline, OUTLINE if living[fruitlet.id] else STRUCK)
+            if fruitlet.id == chosen:
+                draw(small, frame, fruitlet.outline, CHOSEN)
     return small
 
 
@@ -61,6 +66,11 @@ class Frame:
     y0: float
     px_per_cell: float
     """Image pixels in one pixel of the small picture."""
+
+    def place(self, px: tuple[float, float]) -> tuple[float, float]:
+        """Where a point of the image is in the small picture."""
+        x, y = px
+        return (x + 0.5 - self.x0) / self.px_per_cell, (y + 0.5 - self.y0) / self.px_per_cell
 
 
 def colours(image: ImageU8, pixel_format: PixelFormat) -> ImageU8:
@@ -117,7 +127,7 @@ def shrink(image: ImageU8, frame: Frame, size: tuple[int, int]) -> ImageU8:
     return small
 
 
-def draw(small: ImageU8, frame: Frame, ellipse: Ellipse, colour: tuple[int, int, int]) -> None:
+def draw(small: ImageU8, frame: Frame, ellipse: Ellipse, colour: Colour) -> None:
     """An outline, onto the small picture."""
     turn = np.linspace(0, 2 * np.pi, 160)
     along, across = np.cos(turn) * ellipse.major_px / 2, np.sin(turn) * ellipse.minor_px / 2
@@ -126,5 +136,23 @@ def draw(small: ImageU8, frame: Frame, ellipse: Ellipse, colour: tuple[int, int,
     y = ellipse.center_px[1] + along * sin + across * cos
     columns = np.floor((x + 0.5 - frame.x0) / frame.px_per_cell).astype(int)
     rows = np.floor((y + 0.5 - frame.y0) / frame.px_per_cell).astype(int)
+    inside = (rows >= 0) & (rows < small.shape[0]) & (columns >= 0) & (columns < small.shape[1])
+    small[rows[inside], columns[inside]] = colour
+
+
+def draw_line(
+    small: ImageU8,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    colour: Colour,
+    dash: int | None = None,
+) -> None:
+    """From one small pixel to another; `dash` pixels on and as many off."""
+    steps = int(max(abs(end[0] - start[0]), abs(end[1] - start[1]))) + 1
+    along = np.linspace(0, 1, steps + 1)
+    if dash is not None:
+        along = along[np.arange(steps + 1) // dash % 2 == 0]
+    columns = np.floor(start[0] + along * (end[0] - start[0])).astype(int)
+    rows = np.floor(start[1] + along * (end[1] - start[1])).astype(int)
     inside = (rows >= 0) & (rows < small.shape[0]) & (columns >= 0) & (columns < small.shape[1])
     small[rows[inside], columns[inside]] = colour

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from textwrap import wrap
 from typing import ClassVar
@@ -13,15 +13,18 @@ from rich.color_triplet import ColorTriplet
 from rich.segment import Segment
 from rich.style import Style
 from textual import work
+from textual.events import Click
 from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
 from textual.worker import get_current_worker
 
 from fieldcam.errors import ImageUnreadable
+from fieldcam.growth.places import Place
 from fieldcam.session.state import Shown
 from fieldcam.tui.looks import PIXELS, Pictures
-from fieldcam.tui.picture import not_there, still
+from fieldcam.tui.picture import not_there
+from fieldcam.tui.sketch import Label, Painted, Sketch, Still
 from fieldcam.values import ImageU8
 
 HALF = "▀"
@@ -40,39 +43,62 @@ class PictureView(Widget):
             super().__init__()
             self.put = put
 
+    class Picked(Message):
+        """A fruitlet was clicked on."""
+
+        def __init__(self, place: Place) -> None:
+            super().__init__()
+            self.place = place
+
     def __init__(self) -> None:
         super().__init__(id="picture")
-        self._shown: Shown | None = None
+        self._sketch: Sketch | None = None
 
-    def show(self, shown: Shown | None) -> None:
-        before, self._shown = self._shown, shown
-        if _seen_of(shown) != _seen_of(before):
+    def show(self, shown: Shown | None, chosen: int | None = None) -> None:
+        """One picture, with a fruitlet that stands out."""
+        self.draw(None if shown is None else Still(shown, chosen))
+
+    def draw(self, sketch: Sketch | None) -> None:
+        before, self._sketch = self._sketch, sketch
+        if (sketch and sketch.key) != (before and before.key):
             self._redraw()
 
     def on_resize(self) -> None:
         self._redraw()
 
+    def on_click(self, event: Click) -> None:
+        """Also one on the widget that draws the pixels."""
+        columns, rows = self.CELL_PX
+        x = (event.screen_x - self.content_region.x + 0.5) * columns
+        y = (event.screen_y - self.content_region.y + 0.5) * rows
+        if self._sketch is not None and (place := self._sketch.at(x, y, self._size_px)):
+            self.post_message(self.Picked(place))
+
     def on_picture_view_drawn(self, message: Drawn) -> None:
         message.put()
 
-    def painting(self, seen: ImageU8 | str) -> Callable[[], None]:
+    def painting(self, seen: Painted | str) -> Callable[[], None]:
         """Makes in a thread what is then put on the screen: a picture, or words in its place."""
         return lambda: None
 
-    def _redraw(self) -> None:
+    @property
+    def _size_px(self) -> tuple[int, int]:
         (width, height), (columns, rows) = self.size, self.CELL_PX
-        if self._shown is None or not width or not height:
+        return width * columns, height * rows
+
+    def _redraw(self) -> None:
+        if self._sketch is None or not all(self._size_px):
             self.workers.cancel_node(self)
             self.painting("")()
             return
-        self._draw(self._shown, (width * columns, height * rows))
+        self._draw(self._sketch, self._size_px)
 
     # Without a description Textual would write out the whole reading, arrays and all.
     @work(thread=True, exclusive=True, group="picture", exit_on_error=False, description="still")
-    def _draw(self, shown: Shown, size: tuple[int, int]) -> None:
-        seen: ImageU8 | str
+    def _draw(self, sketch: Sketch, size: tuple[int, int]) -> None:
+        seen: Painted | str
         try:
-            seen = still(shown, size)
+            seen = sketch.paint(size)
         except (OSError, ImageUnreadable) as error:
             seen = not_there(error)
         put = self.painting(seen)
@@ -88,10 +114,10 @@ class BlockPicture(PictureView):
         self._strips: list[Strip] = []
         self._words: list[str] = []
 
-    def painting(self, seen: ImageU8 | str) -> Callable[[], None]:
+    def painting(self, seen: Painted | str) -> Callable[[], None]:
         if isinstance(seen, str):
             return partial(self._say, seen)
-        return partial(self._put, self.strips(seen))
+        return partial(self._put, labelled(self.strips(seen.image), seen.labels, self.CELL_PX))
 
     def strips(self, small: ImageU8) -> list[Strip]:
         return half_blocks(small)
@@ -129,7 +155,7 @@ class NoPicture(PictureView):
     def on_mount(self) -> None:
         self.display = False
 
-    def show(self, shown: Shown | None) -> None:
+    def draw(self, sketch: Sketch | None) -> None:
         """Nothing."""
 
 
@@ -144,11 +170,6 @@ def picture_view(pictures: Pictures) -> PictureView:
     return kinds.get(pictures, BlockPicture)()
 
 
-def _seen_of(shown: Shown | None) -> tuple[object, ...] | None:
-    """What the view draws of a picture: to draw it takes longer than all other widgets."""
-    return None if shown is None else (shown.left, shown.record.reading)
-
-
 def half_blocks(small: ImageU8) -> list[Strip]:
     """Two rows of pixels in one row of cells."""
     return [_strip(top, bottom, HALF) for top, bottom in zip(small[::2], small[1::2], strict=True)]
@@ -157,6 +178,19 @@ def half_blocks(small: ImageU8) -> list[Strip]:
 def full_cells(small: ImageU8) -> list[Strip]:
     """One pixel a cell, as a background: needs no glyph."""
     return [_strip(row, row, " ") for row in small]
+
+
+def labelled(strips: list[Strip], labels: Sequence[Label], cell_px: tuple[int, int]) -> list[Strip]:
+    """Numbers in place of cells; they stay inside the picture."""
+    cells = [list(strip) for strip in strips]
+    for label in labels:
+        row = min(max(0, int(label.y / cell_px[1])), len(cells) - 1)
+        first = int(label.x / cell_px[0] - (len(label.text) - 1) / 2)
+        first = min(max(0, first), len(cells[row]) - len(label.text))
+        style = Style.from_color(_rgb([0, 0, 0]), _rgb([*label.ground])) + Style(bold=True)
+        for place, letter in enumerate(label.text, first):
+            cells[row][place] = Segment(letter, style)
+    return [Strip(line, len(line)) for line in cells]
 
 
 def _strip(top: ImageU8, bottom: ImageU8, glyph: str) -> Strip:

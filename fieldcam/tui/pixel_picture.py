@@ -12,7 +12,10 @@ from textual_image.widget import SixelImage, TGPImage
 
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.picture_view import PictureView
-from fieldcam.values import ImageU8
+from fieldcam.tui.sketch import Painted, stamped
+
+LABEL_SCALE = 2
+"""Pixels a dot: a digit is about as high as a cell."""
 
 
 class PixelPicture(PictureView):
@@ -29,10 +32,10 @@ class PixelPicture(PictureView):
         yield Static(id="words", markup=False)
         yield self._image
 
-    def painting(self, seen: ImageU8 | str) -> Callable[[], None]:
+    def painting(self, seen: Painted | str) -> Callable[[], None]:
         if isinstance(seen, str):
             return partial(self._put, None, seen)
-        return partial(self._put, Image.fromarray(seen), "")
+        return partial(self._put, Image.fromarray(stamped(seen, LABEL_SCALE)), "")
 
     def _put(self, image: Image.Image | None, words: str) -> None:
         told = self.query_one("#words", Static)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from rich.text import Text
 
 from fieldcam.store.history import FruitletSeen, ReadingSummary
@@ -25,6 +27,7 @@ class SizesView(Words):
         super().__init__(id=id, markup=False)
         self._heading = ""
         self._reading: ReadingSummary | None = None
+        self._names: Mapping[int, str] = {}
         self._row = 0
 
     @property
@@ -33,14 +36,24 @@ class SizesView(Words):
         target = self._target
         return target[min(self._row, len(target) - 1)].id if target else None
 
-    def show(self, heading: str, reading: ReadingSummary | None) -> None:
-        self._heading, self._reading = heading, reading
+    def show(
+        self, heading: str, reading: ReadingSummary | None, names: Mapping[int, str] | None = None
+    ) -> None:
+        """`names` are what fruitlets are called, by their ids."""
+        self._heading, self._reading, self._names = heading, reading, names or {}
         self._write()
 
     def choose(self, by: int) -> None:
         """Move the choice up or down."""
         if self._target:
             self._row = (min(self._row, len(self._target) - 1) + by) % len(self._target)
+            self._write()
+
+    def pick(self, fruitlet: int) -> None:
+        """Choose the fruitlet of this id."""
+        ids = [seen.id for seen in self._target]
+        if fruitlet in ids:
+            self._row = ids.index(fruitlet)
             self._write()
 
     def on_resize(self) -> None:
@@ -65,22 +78,22 @@ class SizesView(Words):
         if not seen.living:
             gone = "fallen" if MarkKind.FALLEN in seen.marks else "struck out"
             return Text(f"{mark}{seen.id:3}  {gone}", "strike")
-        room = max(len(_worded(each)) for each in self._target)
-        text = f"{mark}{seen.id:3}  {_size(seen.diameter_mm)}{_worded(seen)}"
+        room = max(len(self._worded(each)) for each in self._target)
+        text = f"{mark}{seen.id:3}  {_size(seen.diameter_mm)}{self._worded(seen)}"
         if seen.diameter_mm is None:
             return Text(text)
         longest = max(BAR_LEAST, self.size.width - WORDS - room)
         # Full blocks of neighbouring rows touch; without colours they would be one.
         glyph = THIN if self.app.no_color else BLOCK
         bar = glyph * max(1, round(min(1.0, seen.diameter_mm / LONGEST_MM) * longest))
-        padding = " " * (room - len(_worded(seen)) + 1)
+        padding = " " * (room - len(self._worded(seen)) + 1)
         return Text(text + padding).append(bar, colour)
 
-
-def _worded(seen: FruitletSeen) -> str:
-    """Its marks, beside its size."""
-    words = (word for kind, word in WORDED.items() if kind in seen.marks)
-    return "".join(f" {word}" for word in words) if seen.living else ""
+    def _worded(self, seen: FruitletSeen) -> str:
+        """Its marks and its name, beside its size."""
+        words = [word for kind, word in WORDED.items() if kind in seen.marks]
+        named = [self._names[seen.id]] if seen.id in self._names else []
+        return "".join(f" {word}" for word in [*words, *named]) if seen.living else ""
 
 
 def _size(diameter_mm: float | None) -> str:

@@ -76,9 +76,9 @@ class WalkScreen(AtCluster):
         else:
             self.query_one(BannerView).show(banner(state), counted(state))
         self.query_one(LightsView).show(state.shown)
-        self.query_one(PictureView).show(state.shown)
         reading = None if state.shown is None else state.shown.record.reading
         self.query_one(SizesView).show(sizes_heading(state), reading)
+        self.query_one(PictureView).show(state.shown, self._chosen)
         self.query_one(BigButtons).show(question=state.missing > 0)
         self.query_one("#progress", Words).update(progress(state))
 
@@ -134,6 +134,11 @@ class WalkScreen(AtCluster):
 
     def action_choose(self, by: int) -> None:
         self.query_one(SizesView).choose(by)
+        self._point()
+
+    def on_picture_view_picked(self, event: PictureView.Picked) -> None:
+        self.query_one(SizesView).pick(event.place.fruitlet)
+        self._point()
 
     def action_note(self) -> None:
         self.app.push_screen(AskText("A note on this picture:"), self._noted)
@@ -143,6 +148,11 @@ class WalkScreen(AtCluster):
             self.hear(News("There is no picture of this cluster yet.", bad=True))
             return
         self.app.push_screen(AskText("Which tag is in this picture?", "integer"), self._corrected)
+
+    def _point(self) -> None:
+        """The chosen fruitlet stands out in the picture."""
+        if self.state is not None:
+            self.query_one(PictureView).show(self.state.shown, self._chosen)
 
     @property
     def _chosen(self) -> int | None:

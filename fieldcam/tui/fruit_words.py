@@ -1,0 +1,46 @@
+"""What screens say of single fruit: their names and sizes by caliper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from fieldcam.growth.agreement import ENOUGH, Agreement
+from fieldcam.store.calipers import MeasuredFruit, NamedFruitlet
+from fieldcam.store.rows import EntryId
+
+
+@dataclass(frozen=True, slots=True)
+class Called:
+    """A fruitlet that has a name."""
+
+    fruit: str
+    calipers_mm: float | None
+
+    def __str__(self) -> str:
+        measured = "" if self.calipers_mm is None else f" {self.calipers_mm:.2f}"
+        return f"{self.fruit}{measured}"
+
+
+def called(
+    reading: EntryId, sizes: Iterable[MeasuredFruit], named: Iterable[NamedFruitlet]
+) -> dict[int, Called]:
+    """One reading's fruitlets that have a name, by their ids."""
+    measured = {(size.tag_id, size.day, size.fruit): size.diameter_mm for size in sizes}
+    return {
+        seen.fruitlet: Called(seen.fruit, measured.get((seen.tag_id, seen.day, seen.fruit)))
+        for seen in named
+        if seen.reading == reading
+    }
+
+
+def agreement_line(found: Agreement | None) -> str:
+    """Camera less calipers over the block; empty where nothing was measured both ways."""
+    if found is None:
+        return ""
+    parts = [f"{found.n} by caliper: bias {found.bias_mm:+.2f}"]
+    if found.sd_mm is not None and found.limits_mm is not None:
+        low, high = found.limits_mm
+        parts += [f"spread {found.sd_mm:.2f}", f"95 % within {low:+.2f} to {high:+.2f}"]
+    left = ENOUGH - found.n
+    return f"{', '.join(parts)} mm{f'; {left} more to go by' if left > 0 else ''}"
