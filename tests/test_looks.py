@@ -124,7 +124,19 @@ def test_the_console_is_asked_for_no_glyph_that_it_lacks(
     async def script(driven: Driven) -> None:
         await driven.tell(replace(stored, tag_id=12, shown=shown))
         texts = {"walk": driven.text}
-        for key in ("v", "b", "i", "o", "l", "escape", "a", "question_mark", "escape", "ctrl+p"):
+        for key in (
+            "v",
+            "t",
+            "b",
+            "i",
+            "o",
+            "l",
+            "escape",
+            "a",
+            "question_mark",
+            "escape",
+            "ctrl+p",
+        ):
             await driven.press(key)
             texts[key] = driven.text
         for name, text in texts.items():

@@ -8,7 +8,7 @@ from itertools import groupby
 
 from sqlite_utils import Database
 
-from fieldcam.growth.places import ClusterVisit, Place, View, Word
+from fieldcam.growth.places import Association, ClusterVisit, Place, Track, View, Word
 from fieldcam.store.counted import CountedPicture, CountedVisit, association_words, counted_visits
 from fieldcam.store.fruit_rows import AssociationWord
 from fieldcam.store.readings import stored_reading
@@ -39,6 +39,18 @@ def followed_clusters(database: Database, block: EntryId) -> Iterator[FollowedCl
     visits = counted_visits(database, block)
     for tag_id, counted in groupby(visits, key=lambda visit: visit.tag_id):
         yield _followed(database, tag_id, tuple(counted))
+
+
+def tracks_of(
+    cluster: FollowedCluster, method: Association = Association.GEOMETRY
+) -> tuple[Track, ...]:
+    """The cluster's fruitlets over its visits.
+
+    Takes some 10 to 100 ms, and scipy, which screens load only in a thread of their own.
+    """
+    from fieldcam.growth.tracking import track
+
+    return track(cluster.visits, method, cluster.words)
 
 
 def word_row(word: Word) -> AssociationWord:

@@ -46,11 +46,21 @@ from fieldcam.tui.setup_questions import Questions, carried_out
 from fieldcam.tui.setup_screen import SetUpScreen
 from fieldcam.tui.sound import Silence, Sound
 from fieldcam.tui.trick import Trick
+from fieldcam.tui.two_days_screen import TwoDaysScreen
 from fieldcam.tui.walk_screen import WalkScreen
 
 LOG_LINES = 500
 HOW_TO_END = "Q ends the walk, Ctrl+Q from anywhere; started again, it goes on here."
-OF_THE_WALK = ("route", "aim", "cluster", "block", "device", "log", "restart_analysis")
+OF_THE_WALK = (
+    "route",
+    "aim",
+    "cluster",
+    "two_days",
+    "block",
+    "device",
+    "log",
+    "restart_analysis",
+)
 DAY = Field("Day, such as 2026-05-19")
 USUAL_LOOK = Look()
 Subject = tuple[int | None, EntryId | None, Stage | None]
@@ -191,6 +201,9 @@ class FieldcamApp(EndableApp[None]):
     def action_cluster(self) -> None:
         self._open(ClusterScreen)
 
+    def action_two_days(self) -> None:
+        self._open(TwoDaysScreen)
+
     def action_block(self) -> None:
         self._open(BlockScreen)
 
@@ -230,6 +243,8 @@ class FieldcamApp(EndableApp[None]):
         for trick in self._tricks:
             yield SystemCommand(trick.name, trick.does, partial(self._play, trick))
         yield SystemCommand("Cluster", "Pictures and sizes of all days", self.action_cluster)
+        two = "Which fruitlet is which on another day"
+        yield SystemCommand("Two days", two, self.action_two_days)
         yield SystemCommand("Block", "Sizes by day, what is missing", self.action_block)
         device = "Camera, networks, disk, battery, analysis"
         yield SystemCommand("Device", device, self.action_device)

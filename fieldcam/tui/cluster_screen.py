@@ -70,6 +70,7 @@ class ClusterScreen(Page):
         Binding("k", "king", "King", show=False),
         Binding("m", "add_by_hand", "Add", show=False),
         Binding("c", "caliper", "Size"),
+        Binding("t", "app.two_days", "Days"),
         Binding("u", "undo", "Undo"),
         Binding("pageup", "scroll_words(-1)", "Earlier words", show=False),
         Binding("pagedown", "scroll_words(1)", "Later words", show=False),
@@ -95,7 +96,7 @@ class ClusterScreen(Page):
         yield Static(id="said", markup=False)
 
     def show(self, state: WalkState) -> None:
-        if self.state is not None and _tag(self.state) != _tag(state):
+        if self.state is not None and tag_of(self.state) != tag_of(state):
             self._picture = None
         super().show(state)
         self._look()
@@ -175,7 +176,7 @@ class ClusterScreen(Page):
 
     def _look(self) -> None:
         state, picture = self.state, self._picture
-        if state is None or (tag_id := _tag(state)) is None:
+        if state is None or (tag_id := tag_of(state)) is None:
             self._write(NO_CLUSTERS, History((), (), None))
             return
         objects, block = Objects(state.folder), state.route.block
@@ -232,7 +233,8 @@ def _measurement(size: str, fruit: str) -> tuple[float | None, str]:
     return answers.size_mm(size), answers.words(fruit)
 
 
-def _tag(state: WalkState) -> int | None:
+def tag_of(state: WalkState) -> int | None:
+    """Where the operator stands, else the route's last tag."""
     stops = state.route.stops
     return stops[-1].tag_id if state.tag_id is None and stops else state.tag_id
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,15 +29,21 @@ _BAYER = {
 """Row and column of red, one green and blue in each 2x2 cell."""
 
 
-def still(shown: Shown, size: tuple[int, int], chosen: int | None = None) -> ImageU8:
+def still(
+    shown: Shown,
+    size: tuple[int, int],
+    chosen: int | None = None,
+    frame: Frame | None = None,
+) -> ImageU8:
     """The picture that is decided on, `size` being width and height in small pixels.
 
-    The outline of the chosen fruitlet stands out.
+    The outline of the chosen fruitlet stands out. Without a `frame` the target is shown
+    with its tag.
     Raises OSError and ImageUnreadable, of which `not_there` makes a sentence.
     """
     raw = stored_image(shown.left)
     image = colours(raw, shown.pixel_format)
-    frame = frame_of(shown.reading, (raw.shape[1], raw.shape[0]), size)
+    frame = frame or frame_of(shown.reading, (raw.shape[1], raw.shape[0]), size)
     shares = image.shape[0] / raw.shape[0]
     own = Frame(frame.x0 * shares, frame.y0 * shares, frame.px_per_cell * shares)
     small = shrink(image, own, size)
@@ -92,11 +99,26 @@ def frame_of(
     if reading is not None and reading.tag is not None:
         boxes += [(*corner, *corner) for corner in reading.tag.corners_px]
     if not boxes:
-        x0, y0, x1, y1 = 0.0, 0.0, float(image_px[0]), float(image_px[1])
-        margin, least = 1.0, 0.0
-    else:
-        low, high = np.array(boxes)[:, :2].min(axis=0), np.array(boxes)[:, 2:].max(axis=0)
-        (x0, y0), (x1, y1), margin, least = low, high, MARGIN, LEAST_PX
+        return _framed((0.0, 0.0), (float(image_px[0]), float(image_px[1])), 1.0, 0.0, size)
+    return frame_around(boxes, size)
+
+
+def frame_around(
+    boxes: Sequence[tuple[float, float, float, float]], size: tuple[int, int]
+) -> Frame:
+    """Around all of these boxes, each x0, y0, x1, y1."""
+    low, high = np.array(boxes)[:, :2].min(axis=0), np.array(boxes)[:, 2:].max(axis=0)
+    return _framed(low, high, MARGIN, LEAST_PX, size)
+
+
+def _framed(
+    low: Sequence[float],
+    high: Sequence[float],
+    margin: float,
+    least: float,
+    size: tuple[int, int],
+) -> Frame:
+    (x0, y0), (x1, y1) = low, high
     scale = max((x1 - x0) * margin / size[0], (y1 - y0) * margin / size[1], least / size[0])
     middle_x, middle_y = (x0 + x1) / 2, (y0 + y1) / 2
     return Frame(

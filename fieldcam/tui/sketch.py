@@ -75,10 +75,14 @@ class Still:
         return Painted(image, tuple(self._label(each, size) for each in found))
 
     def at(self, x: float, y: float, size: Size) -> Place | None:
-        return nearest(self.shown, x, y, size)
+        return nearest(self.shown, self._frame(size), x, y) if targets(self.shown) else None
+
+    def _frame(self, size: Size) -> Frame:
+        """Of a target that was found, so that the image's own size is no matter."""
+        return frame_of(self.shown.reading, (1, 1), size)
 
     def _label(self, fruitlet: Fruitlet, size: Size) -> Label:
-        x, y = frame_of_target(self.shown, size).place(fruitlet.center_px)
+        x, y = self._frame(size).place(fruitlet.center_px)
         living = {seen.id: seen.living for seen in self.shown.target}
         ground = OUTLINE if living[fruitlet.id] else STRUCK
         return Label(x, y, str(fruitlet.id), CHOSEN if fruitlet.id == self.chosen else ground)
@@ -91,17 +95,11 @@ def targets(shown: Shown) -> tuple[Fruitlet, ...]:
     return tuple(fruitlet for fruitlet in fruitlets if fruitlet.id in ids)
 
 
-def frame_of_target(shown: Shown, size: Size) -> Frame:
-    """Where a target was found; the image's own size is no matter then."""
-    return frame_of(shown.reading, (1, 1), size)
-
-
-def nearest(shown: Shown, x: float, y: float, size: Size) -> Place | None:
+def nearest(shown: Shown, frame: Frame, x: float, y: float) -> Place | None:
     """The target's fruitlet at this small pixel of the picture."""
     found = targets(shown)
     if shown.record.reading is None or not found:
         return None
-    frame = frame_of_target(shown, size)
 
     def distance(fruitlet: Fruitlet) -> float:
         column, row = frame.place(fruitlet.center_px)

@@ -1,0 +1,163 @@
+"""Two pictures of one cluster and which fruitlet is which; no widgets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise, product
+
+from fieldcam.growth.places import Place, Track, Word
+from fieldcam.growth.records import Presence
+from fieldcam.session.state import Shown
+
+SURE = 0.9
+"""Matches below this confidence are marked as doubtful."""
+Pair = tuple[Shown, Shown]
+"""The earlier picture and the later one."""
+NEITHER = "Neither of the two pictures shows a fruitlet of this cluster."
+
+
+@dataclass(frozen=True, slots=True)
+class PairRow:
+    """One fruitlet in two pictures, or in one of them."""
+
+    number: int
+    """Counts the rows from 1; written on the pictures."""
+    one: Place | None
+    """In the earlier picture."""
+    other: Place | None
+    sizes_mm: tuple[float | None, float | None]
+    presence: Presence | None
+    """What became of it on the later day; None where it came later."""
+    confidence: float
+    """Of the match, where both pictures show it."""
+    by_hand: bool
+    """The operator's word made or confirmed the match."""
+
+    @property
+    def doubtful(self) -> bool:
+        return self.confidence < SURE and not self.by_hand
+
+
+def pairs_of(days: Sequence[Sequence[Shown]]) -> tuple[tuple[Pair, ...], ...]:
+    """For each two visits on end their pairs of pictures: across the days, then within one.
+
+    `days` are the pictures of each visit that has any, the earliest first.
+    """
+    if len(days) == 1:
+        within = tuple(combinations(days[0], 2))
+        return (within,) if within else ()
+    return tuple(
+        (*product(one, other), *combinations(one, 2), *combinations(other, 2))
+        for one, other in pairwise(days)
+    )
+
+
+def pair_rows(tracks: Sequence[Track], pair: Pair) -> tuple[PairRow, ...]:
+    """The fruitlets that one of the pictures shows, in the order of their tracks."""
+    found = [row for track in tracks if (row := _row(track, pair)) is not None]
+    return tuple(PairRow(n, *row) for n, row in enumerate(found, start=1))
+
+
+def said_word(rows: Sequence[PairRow], chosen: int, number: int, pair: Pair) -> Word | None:
+    """That the chosen fruitlet is the one of row `number`; 0: that the other shows none.
+
+    None where there is nothing to say: no such row, or not one of each picture.
+    """
+    here = next((row for row in rows if row.number == chosen), None)
+    there = next((row for row in rows if row.number == number), None)
+    if here is None or (number and there is None):
+        return None
+    if there is not None:
+        one, other = here.one or there.one, there.other if here.one else here.other
+        return None if one is None or other is None else Word(one, other)
+    later, earlier = pair[1].record.reading, pair[0].record.reading
+    if here.one is not None and later is not None:
+        return Word(here.one, None, later.id)
+    if here.other is not None and earlier is not None:
+        return Word(here.other, None, earlier.id)
+    return None
+
+
+def pair_lines(rows: Sequence[PairRow], pair: Pair, chosen: int) -> Iterator[str]:
+    """A table: sizes of both days, growth, and how sure the match is."""
+    if not rows:
+        yield NEITHER
+        return
+    days = [f"{shown.record.day:%d %b}" for shown in pair]
+    yield f"     {days[0]:>7}  {days[1]:>7}   mm a day"
+    elapsed = _elapsed(pair)
+    for row in rows:
+        mark = ">" if row.number == chosen else " "
+        sizes = "  ".join(
+            _size(place, size).rjust(7)
+            for place, size in zip((row.one, row.other), row.sizes_mm, strict=True)
+        )
+        yield f"{mark}{row.number:2}  {sizes}   {_rate(row, elapsed):8} {_said(row)}".rstrip()
+
+
+def _row(
+    track: Track, pair: Pair
+) -> (
+    tuple[
+        Place | None, Place | None, tuple[float | None, float | None], Presence | None, float, bool
+    ]
+    | None
+):
+    places = [_place(track, shown) for shown in pair]
+    if places == [None, None]:
+        return None
+    day = pair[1].record.day
+    later = None if day is None else track.visits.get(day)
+    return (
+        places[0],
+        places[1],
+        (_diameter(pair[0], places[0]), _diameter(pair[1], places[1])),
+        None if later is None else later.sighting.presence,
+        1.0 if later is None or None in places else later.sighting.confidence,
+        later is not None and later.by_hand,
+    )
+
+
+def _place(track: Track, shown: Shown) -> Place | None:
+    reading, day = shown.record.reading, shown.record.day
+    if reading is None or day is None or day not in track.visits:
+        return None
+    here = (place for place in track.visits[day].places if place.reading == reading.id)
+    return next(here, None)
+
+
+def _diameter(shown: Shown, place: Place | None) -> float | None:
+    if shown.reading is None or place is None:
+        return None
+    found = (each.diameter_mm for each in shown.reading.fruitlets if each.id == place.fruitlet)
+    return next(found, None)
+
+
+def _elapsed(pair: Pair) -> int:
+    one, other = (shown.record.day for shown in pair)
+    return 0 if one is None or other is None else (other - one).days
+
+
+def _size(place: Place | None, diameter_mm: float | None) -> str:
+    if place is None:
+        return "-"
+    return "no size" if diameter_mm is None else f"{diameter_mm:.2f}"
+
+
+def _rate(row: PairRow, elapsed_days: int) -> str:
+    one, other = row.sizes_mm
+    if one is None or other is None or not elapsed_days:
+        return ""
+    return f"{(other - one) / elapsed_days:+.2f}"
+
+
+def _said(row: PairRow) -> str:
+    if row.one is not None and row.other is not None:
+        if row.by_hand:
+            return "by hand"
+        return f"? {row.confidence:.0%} sure" if row.doubtful else ""
+    if row.one is None:
+        return "not seen before"
+    words = {Presence.FALLEN: "fallen", Presence.NOT_SEEN: "not seen", None: ""}
+    return words.get(row.presence, "in another picture")

@@ -1,0 +1,215 @@
+"""One cluster on two days side by side: which fruitlet is which, and one key to say better."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sqlite_utils import Database
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.widgets import Static
+
+from fieldcam.growth.places import Place, Track
+from fieldcam.session.commands import Walk
+from fieldcam.session.growing import followed_cluster, tracks_of
+from fieldcam.session.state import WalkState
+from fieldcam.session.viewing import shown_picture
+from fieldcam.store.counted import CountedVisit, association_words, counted_visits
+from fieldcam.store.fruit_rows import AssociationWord
+from fieldcam.store.history import capture_record
+from fieldcam.store.objects import Objects
+from fieldcam.store.rows import EntryId
+from fieldcam.tui.cluster_screen import NO_CLUSTERS, tag_of
+from fieldcam.tui.days_view import Past
+from fieldcam.tui.looks import Pictures
+from fieldcam.tui.news import News
+from fieldcam.tui.page import Page
+from fieldcam.tui.pair_sketch import TwoStills
+from fieldcam.tui.pairs import Pair, PairRow, pair_lines, pair_rows, pairs_of, said_word
+from fieldcam.tui.picture_view import PictureView, picture_view
+
+LOOKING = "Looking for each fruitlet on the other days."
+TOO_FEW = "There are no two accepted pictures of this cluster to compare yet."
+HINT = "1-9: the chosen one (>) is this one on the other side; 0: it is not there."
+NOTHING = "These two are not one of each picture."
+TALL = 36
+"""Rows of the window from which on the table gets more room."""
+Facts = tuple[tuple[CountedVisit, ...], tuple[AssociationWord, ...]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followed:
+    """A cluster's accepted pictures, and its fruitlets over them."""
+
+    facts: Facts
+    """The rows that it was made of."""
+    groups: tuple[tuple[Pair, ...], ...]
+    """For each two visits on end the pairs of their pictures."""
+    tracks: tuple[Track, ...]
+
+
+class TwoDaysScreen(Page):
+    """Of the cluster where the operator stands; opens on the last two days."""
+
+    CSS_PATH = "two_days_screen.tcss"
+    TITLE = "Two days"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,t", "app.cluster", "Back"),
+        Binding("left", "browse(-1)", "Earlier"),
+        Binding("right", "browse(1)", "Later"),
+        Binding("s", "other_views", "Views"),
+        Binding("up", "choose(-1)", "Fruitlet above", show=False),
+        Binding("down", "choose(1)", "Fruitlet below", show=False),
+        Binding("1", "match(1)", "Same", key_display="1-9"),
+        *(Binding(str(n), f"match({n})", "Same", show=False) for n in range(2, 10)),
+        Binding("0", "match(0)", "Not there"),
+        Binding("u", "undo", "Undo"),
+    ]
+
+    def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
+        super().__init__(walk, state)
+        self._tag: int | None = None
+        self._followed: Followed | None = None
+        self._group = -1
+        self._pair = 0
+        self._chosen: Place | None = None
+
+    def body(self) -> ComposeResult:
+        yield Static(id="heading", markup=False)
+        yield picture_view(self.pictures)
+        with Past(id="pairs"):
+            yield Static(LOOKING, id="pair-lines", markup=False)
+        yield Static(HINT, id="hint", markup=False)
+        yield Static(id="said", markup=False)
+
+    def show(self, state: WalkState) -> None:
+        super().show(state)
+        tag_id = tag_of(state)
+        if tag_id != self._tag:
+            self._tag, self._followed, self._group, self._pair = tag_id, None, -1, 0
+        self.set_class(self.pictures is Pictures.NONE, "-words")
+        self.set_class(self.app.size.height >= TALL, "-tall")
+        if tag_id is None:
+            self._say(NO_CLUSTERS)
+            return
+        block, objects, before = state.route.block, Objects(state.folder), self._followed
+        self.look_up(
+            state.folder,
+            lambda database: _followed(database, objects, block, tag_id, before),
+            self._found,
+        )
+
+    def hear(self, told: News) -> None:
+        line = self.query_one("#said", Static)
+        line.update(told.sentence)
+        line.set_class(told.bad, "-bad")
+
+    def on_picture_view_picked(self, event: PictureView.Picked) -> None:
+        """On the left it chooses, on the right it is the partner."""
+        row = next((r for r in self._rows if event.place in (r.one, r.other)), None)
+        if row is not None and event.place == row.one:
+            self._choose(row)
+        elif row is not None:
+            self.action_match(row.number)
+
+    def action_browse(self, by: int) -> None:
+        groups = () if self._followed is None else self._followed.groups
+        if groups:
+            self._group, self._pair = (self._group + by) % len(groups), 0
+            self._write()
+
+    def action_other_views(self) -> None:
+        """The pairs of other pictures of the two days."""
+        if self._pairs:
+            self._pair = (self._pair + 1) % len(self._pairs)
+            self._write()
+
+    def action_choose(self, by: int) -> None:
+        rows = self._rows
+        if rows:
+            self._choose(rows[(self._row_number - 1 + by) % len(rows)])
+
+    def action_match(self, number: int) -> None:
+        pairs = self._pairs
+        if not pairs:
+            return
+        word = said_word(self._rows, self._row_number, number, pairs[self._pair])
+        if word is None:
+            self.hear(News(NOTHING, bad=True))
+        else:
+            self.walk.match(word)
+
+    def action_undo(self) -> None:
+        self.walk.undo()
+
+    @property
+    def _pairs(self) -> tuple[Pair, ...]:
+        groups = () if self._followed is None else self._followed.groups
+        return groups[self._group] if groups else ()
+
+    @property
+    def _rows(self) -> tuple[PairRow, ...]:
+        if self._followed is None or not self._pairs:
+            return ()
+        return pair_rows(self._followed.tracks, self._pairs[self._pair])
+
+    @property
+    def _row_number(self) -> int:
+        """Of the chosen fruitlet; the first where it is in neither picture."""
+        rows = (row for row in self._rows if self._chosen in (row.one, row.other))
+        row = next(rows, None) if self._chosen is not None else None
+        return 1 if row is None else row.number
+
+    def _choose(self, row: PairRow) -> None:
+        self._chosen = row.one or row.other
+        self._write()
+
+    def _found(self, followed: Followed) -> None:
+        before, self._followed = self._followed, followed
+        if before is None or len(before.groups) != len(followed.groups):
+            self._group, self._pair = -1, 0
+        self._pair = min(self._pair, max(0, len(self._pairs) - 1))
+        self._write()
+
+    def _write(self) -> None:
+        if self._followed is None or not self._pairs:
+            self._say(TOO_FEW)
+            return
+        rows, pair, number = self._rows, self._pairs[self._pair], self._row_number
+        days = " and ".join(f"{shown.record.day:%d %b}" for shown in pair)
+        views = f"   pictures {self._pair + 1}/{len(self._pairs)}" if len(self._pairs) > 1 else ""
+        self.query_one("#heading", Static).update(f"Tag {self._tag}   {days}{views}")
+        self.query_one(PictureView).draw(TwoStills(pair, rows, number))
+        self.query_one("#pair-lines", Static).update("\n".join(pair_lines(rows, pair, number)))
+        self.query_one("#pairs", Past).scroll_to(y=number - 2, animate=False)
+
+    def _say(self, sentence: str) -> None:
+        """In place of the table."""
+        self.query_one("#heading", Static).update("" if self._tag is None else f"Tag {self._tag}")
+        self.query_one(PictureView).draw(None)
+        self.query_one("#pair-lines", Static).update(sentence)
+
+
+def _followed(
+    database: Database, objects: Objects, block: EntryId, tag_id: int, before: Followed | None
+) -> Followed:
+    """Read and followed anew only where its rows have changed."""
+    counted = counted_visits(database, block, tag_id)
+    readings = [picture.reading for visit in counted for picture in visit.pictures]
+    facts = counted, association_words(database, readings)
+    if before is not None and before.facts == facts:
+        return before
+    cluster = followed_cluster(database, block, tag_id)
+    whole = {view.id: view.reading for visit in cluster.visits for view in visit.views}
+    days = []
+    for visit in counted:
+        records = [capture_record(database, picture.capture) for picture in visit.pictures]
+        days.append(
+            [
+                shown_picture(database, objects, record, whole[record.reading.id])
+                for record in records
+                if record is not None and record.reading is not None and record.reading.id in whole
+            ]
+        )
+    return Followed(facts, pairs_of([day for day in days if day]), tracks_of(cluster))

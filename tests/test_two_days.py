@@ -1,0 +1,241 @@
+"""Two days of a cluster side by side: which fruitlet is which, and saying it better."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from made_states import shown_with
+from made_tracks import tracked_by_id
+from screens import LARGE, SMALL, Driven, check_golden, drive
+from stored_walks import MadeWalk, small_store
+
+from fieldcam.growth.places import Place, Track, Word
+from fieldcam.session.growing import FollowedCluster, word_row
+from fieldcam.session.state import Shown, WalkState
+from fieldcam.session.viewing import WalkView
+from fieldcam.store.space import Space
+from fieldcam.tui.looks import Look, Pictures
+from fieldcam.tui.pair_sketch import TwoStills
+from fieldcam.tui.pairs import PairRow, pairs_of, said_word
+from fieldcam.tui.picture import draw_line
+from fieldcam.tui.picture_view import PictureView
+from fieldcam.tui.sketch import Label, Painted, stamped
+
+SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
+WORDS = Look(Pictures.NONE)
+
+
+@dataclass
+class Walked:
+    """Tag 11 on two days: five fruitlets, then four."""
+
+    made: MadeWalk
+    state: WalkState
+    one: str
+    other: str
+    """The readings of the two days."""
+
+
+@pytest.fixture
+def walked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Walked]:
+    monkeypatch.setattr(Space, "free_bytes", 72_000_000_000)
+    monkeypatch.setattr("fieldcam.tui.two_days_screen.tracks_of", tracked_by_id)
+    with small_store(tmp_path) as store:
+        made = MadeWalk(store)
+        first, second = made.visit(), made.visit(2)
+        for visit, count in ((first, 5), (second, 4)):
+            made.accept(visit, 11, count)
+        made.accept(first, 12)
+        view = WalkView(store, second)
+        state = replace(view.state(), tag_id=11, shown=view.shown(11, view.route()))
+        sql = "SELECT reading FROM capture_now WHERE tag_id = 11 ORDER BY turn"
+        one, other = (row["reading"] for row in store.database.query(sql))
+        yield Walked(made, state, one, other)
+
+
+@SIZES
+@pytest.mark.parametrize("look", [Look(), WORDS], ids=["blocks", "words"])
+def test_two_days_side_by_side(walked: Walked, size: tuple[int, int], look: Look) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(walked.state)
+        await driven.press("v", "t", "down")
+        name = "two-days" if look.pictures is Pictures.BLOCKS else "two-days-words"
+        check_golden(f"{name}-{size[0]}x{size[1]}", driven.text)
+        await driven.press("t")
+        assert driven.text.startswith(" Cluster")
+
+    drive(size, script, look)
+
+
+def test_one_key_says_who_a_fruitlet_is(walked: Walked) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(walked.state)
+        await driven.press("v", "t", "2", "down", "0", "up", "up", "3", "5")
+        assert "not one of each picture" in driven.text
+        await driven.press("9", "0", "u")
+
+    one, other = walked.one, walked.other
+    assert drive(SMALL, script).walk.asked == [
+        ("match", Word(Place(one, 0), Place(other, 1))),
+        ("match", Word(Place(one, 1), None, other)),
+        # From the last row, whose fruitlet the later picture does not show.
+        ("match", Word(Place(one, 4), Place(other, 2))),
+        ("match", Word(Place(one, 4), None, other)),
+        ("undo",),
+    ]
+
+
+def test_what_was_said_is_shown_and_nothing_is_followed_twice(
+    walked: Walked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    followed: list[int] = []
+
+    def counting(cluster: FollowedCluster) -> tuple[Track, ...]:
+        followed.append(len(cluster.words))
+        return tracked_by_id(cluster)
+
+    monkeypatch.setattr("fieldcam.tui.two_days_screen.tracks_of", counting)
+    word = Word(Place(walked.one, 2), Place(walked.other, 2))
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(walked.state)
+        await driven.press("v", "t", "down", "down")
+        assert "> 3    11.00    11.00   +0.00    ? 60% sure" in driven.text
+        await driven.tell(walked.state)
+        assert followed == [0]
+        walked.made.store.append(word_row(word))
+        await driven.tell(walked.state)
+        assert "> 3    11.00    11.00   +0.00    by hand" in driven.text
+        assert followed == [0, 1]
+
+    drive(SMALL, script)
+
+
+def test_clicks_choose_on_the_left_and_match_on_the_right(walked: Walked) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(walked.state)
+        await driven.press("v", "t")
+        view = driven.app.screen.query_one(PictureView)
+        sketch = view._sketch
+        assert isinstance(sketch, TwoStills)
+        size = view.size.width, view.size.height * 2
+        labels = sketch.paint(size).labels
+        left = next(label for label in labels if label.text == "4")
+        right = [label for label in labels if label.text == "3"][1]
+        assert left.x < size[0] / 2 < right.x
+        for label in (left, right):
+            offset = int(label.x), int(label.y / 2)
+            await driven.pilot.click(PictureView, offset=offset)
+            await driven.settle()
+        assert "> 4" in driven.text
+
+    word = Word(Place(walked.one, 3), Place(walked.other, 2))
+    assert drive(LARGE, script).walk.asked == [("match", word)]
+
+
+def test_all_pictures_of_all_days_can_be_compared(walked: Walked) -> None:
+    walked.made.accept(walked.made.visit(2), 11, 3)
+    walked.made.accept(walked.made.visit(4), 11, 3)
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(walked.state)
+        await driven.press("v", "t")
+        headings = []
+        for key in ("s", "s", "s", "left", "left", "right"):
+            headings.append(driven.text.splitlines()[1].strip())
+            await driven.press(key)
+        headings.append(driven.text.splitlines()[1].strip())
+        assert headings == [
+            "Tag 11   23 May and 25 May   pictures 1/3",
+            "Tag 11   23 May and 25 May   pictures 2/3",
+            "Tag 11   23 May and 23 May   pictures 3/3",
+            "Tag 11   23 May and 25 May   pictures 1/3",
+            "Tag 11   21 May and 23 May   pictures 1/3",
+            "Tag 11   23 May and 25 May   pictures 1/3",
+            "Tag 11   21 May and 23 May   pictures 1/3",
+        ]
+
+    drive(SMALL, script)
+
+
+@pytest.mark.parametrize("tag_id", [12, 21])
+def test_with_less_than_two_pictures_it_is_said(walked: Walked, tag_id: int) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(replace(walked.state, tag_id=tag_id))
+        await driven.press("v", "t", "left", "s", "down", "1", "0")
+        assert "There are no two accepted pictures of this cluster" in driven.text
+        route = replace(walked.state.route, stops=())
+        await driven.tell(replace(walked.state, tag_id=None, route=route))
+        assert "This block has no clusters yet." in driven.text
+
+    assert drive(SMALL, script).walk.asked == []
+
+
+def test_pairs_of_days_and_views(tmp_path: Path) -> None:
+    a, b, c, d = (shown_with(tmp_path) for _ in range(4))
+    pairs: dict[tuple[tuple[Shown, ...], ...], tuple[tuple[tuple[Shown, Shown], ...], ...]] = {
+        (): (),
+        ((a,),): (),
+        ((a, b),): (((a, b),),),
+        ((a,), (b,)): (((a, b),),),
+        ((a, b), (c,), (d,)): (((a, c), (b, c), (a, b)), ((c, d),)),
+    }
+    for days, expected in pairs.items():
+        assert pairs_of(days) == expected
+
+
+def test_what_a_key_says(tmp_path: Path, walked: Walked) -> None:
+    shown = walked.state.shown
+    assert shown is not None and shown.record.reading is not None
+    summary = shown.record.reading
+    one, other = (
+        replace(shown, record=replace(shown.record, reading=replace(summary, id=reading)))
+        for reading in ("one", "other")
+    )
+
+    def row(number: int, left: int | None, right: int | None) -> PairRow:
+        places = (None if n is None else Place(r, n) for r, n in (("one", left), ("other", right)))
+        first, second = places
+        return PairRow(number, first, second, (None, None), None, 1.0, False)
+
+    rows = (row(1, 0, 5), row(2, 1, None), row(3, None, 6))
+    expected = {
+        (1, 1): Word(Place("one", 0), Place("other", 5)),
+        (1, 3): Word(Place("one", 0), Place("other", 6)),
+        (1, 2): None,
+        (1, 0): Word(Place("one", 0), None, "other"),
+        (2, 3): Word(Place("one", 1), Place("other", 6)),
+        (2, 2): None,
+        (2, 0): Word(Place("one", 1), None, "other"),
+        (3, 1): Word(Place("one", 0), Place("other", 6)),
+        (3, 2): Word(Place("one", 1), Place("other", 6)),
+        (3, 0): Word(Place("other", 6), None, "one"),
+        (4, 1): None,
+        (1, 9): None,
+    }
+    for (chosen, number), word in expected.items():
+        assert said_word(rows, chosen, number, (one, other)) == word, (chosen, number)
+
+
+def test_lines_are_whole_or_dashed() -> None:
+    image = np.zeros((9, 40, 3), np.uint8)
+    draw_line(image, (0, 4), (39, 4), (9, 9, 9))
+    assert (image[4, :, 0] == 9).all() and not image[[3, 5]].any()
+    dashed = np.zeros_like(image)
+    draw_line(dashed, (0, 4), (39, 4), (9, 9, 9), dash=4)
+    assert 15 <= (dashed[4, :, 0] == 9).sum() <= 25
+    draw_line(dashed, (-5, -5), (60, 60), (9, 9, 9))
+
+
+def test_numbers_are_stamped_inside_the_picture() -> None:
+    image = np.full((40, 60, 3), 7, np.uint8)
+    for x, y in ((30.0, 20.0), (-5.0, -5.0), (90.0, 90.0)):
+        found = stamped(Painted(image, (Label(x, y, "12", (200, 0, 0)),)), 2)
+        assert found.shape == image.shape and (image == 7).all()
+        written = (found == (200, 0, 0)).all(axis=2) | (found == 0).all(axis=2)
+        # Two digits of 4 x 5 dots with one between them and one around: 2 pixels each.
+        assert written.sum() == (4 + 1 + 3 + 2) * 7 * 4
