@@ -115,6 +115,8 @@ class ToldAnalysis:
         self.sights: list[tuple[TagPose, ...] | Exception] = []
         """Of the previews; the last one stays, without any a preview waits."""
         self.looked: list[Path] = []
+        self.looked_with: list[Path | None] = []
+        """The calibration of each preview."""
         self.glances: list[Future[tuple[TagPose, ...]]] = []
         self.closed = False
 
@@ -136,9 +138,12 @@ class ToldAnalysis:
             future.set_result(outcome)
         return future
 
-    def look(self, image: Path, shrunk: int) -> Future[tuple[TagPose, ...]]:
+    def look(
+        self, image: Path, shrunk: int, calibration: Path | None
+    ) -> Future[tuple[TagPose, ...]]:
         future: Future[tuple[TagPose, ...]] = Future()
         self.looked.append(image)
+        self.looked_with.append(calibration)
         self.glances.append(future)
         if self.sights:
             sight = self.sights[0] if len(self.sights) == 1 else self.sights.pop(0)

@@ -111,7 +111,7 @@ class Scripted:
         DEEDS[saved.key.partition(" ")[0]]()
         return made_reading([made_fruitlet(0, (100.0, 100.0))], expectation=expectation)
 
-    def look(self, image: Path, shrunk: int) -> tuple[TagPose, ...]:
+    def look(self, image: Path, shrunk: int, calibration: Path | None) -> tuple[TagPose, ...]:
         """Does what the file's first word says and then sees one tag, whose id is `shrunk`."""
         DEEDS[image.stem.partition(" ")[0]]()
         return (replace(TAG, id=shrunk),)

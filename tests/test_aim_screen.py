@@ -58,6 +58,9 @@ CUES: dict[str, Cue] = {
     "Tag 12 is in view twice.": Cue(DUE, (DUE, DUE)),
     "250 mm: go back a little.": good_cue(DUE, 250.0),
     "640 mm: come closer.": good_cue(DUE, 640.0),
+    "The range is not known: is the camera calibrated?": replace(
+        GOOD, place_mm=None, moved_mm=None
+    ),
     "Hold still.": replace(GOOD, moved_mm=30.0),
     "The flash is charging.": replace(GOOD, flash_ready=False),
     "The analysis is off. Space takes": Cue(DUE, problem="The analysis is off."),

@@ -14,7 +14,7 @@ from fieldcam.analysis.conversation import Bell
 from fieldcam.analysis.frames import FrameInvalid, Frames, frame
 from fieldcam.analysis.glances import Glances
 from fieldcam.analysis.replies import Seen, decode_reply, encode_reply
-from fieldcam.analysis.requests import Look, Setup
+from fieldcam.analysis.requests import Look, Setup, decode_request, encode_request
 from fieldcam.analysis.status import State, Status
 from fieldcam.analysis.work import VisionWork
 from fieldcam.errors import AnalysisFailed, AnalysisOff, ImageUnreadable
@@ -110,6 +110,24 @@ def test_a_file_may_describe_the_camera(preview: Path, tmp_path: Path) -> None:
     work = VisionWork(Setup(path))
     (tag,) = work.look(preview, 3)
     assert tag.range_mm == pytest.approx(RANGE_MM, rel=0.02)
+
+
+def test_a_previews_own_calibration_goes_first(preview: Path, tmp_path: Path) -> None:
+    """The app's analysis may have been started before the camera was calibrated."""
+    path = tmp_path / "calibration.yml"
+    path.write_text(
+        "image_width: 640\nimage_height: 480\n"
+        "P: [1520.0, 0, 320.0, -91.2, 0, 1520.0, 240.0, 0, 0, 0, 1, 0]\n"
+    )
+    for camera in (None, CAMERA):
+        (tag,) = VisionWork(Setup(camera)).look(preview, 3, path)
+        assert tag.range_mm == pytest.approx(2 * RANGE_MM, rel=0.02)
+
+
+def test_a_look_names_its_calibration() -> None:
+    for calibration in (None, Path("/objects/ab/cd.yml")):
+        look = Look(Path("preview.pnm"), 3, calibration)
+        assert decode_request(encode_request(look)) == look
 
 
 def test_without_a_camera_the_tag_is_read_all_the_same(preview: Path) -> None:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from datetime import date
+from errno import EACCES
 from pathlib import Path
 
+import pytest
 from live_walks import Walked, read, walked
 from recorded_pairs import write_calibration
 
+from fieldcam.session import shutter
 from fieldcam.session.calibrating import MISSING, OwnCalibration
-from fieldcam.session.events import Saved
+from fieldcam.session.events import Previewed, Saved
 from fieldcam.store.calibrations import next_calibration
 from fieldcam.store.connection import rows
 from fieldcam.store.resuming import saved_capture
@@ -49,6 +53,40 @@ def test_a_picture_without_a_calibration_names_none(tmp_path: Path) -> None:
         state = walk.start(OwnCalibration(walk.store))
         assert state.uncalibrated == MISSING
         assert kept_with(walk) is None
+
+
+def test_aiming_needs_no_new_start_for_a_first_calibration(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shutter, "PREVIEW_EVERY_S", 0.01)
+    with walked(tmp_path) as walk:
+        walk.analysis.sights = [()]
+        own = OwnCalibration(walk.store)
+        walk.start(own)
+        walk.live.start_preview()
+        walk.heard.next(Previewed)
+        assert walk.analysis.looked_with[-1] is None
+        calibrate(walk)
+        for _ in range(2):  # one may be on its way
+            walk.heard.next(Previewed)
+        assert walk.analysis.looked_with[-1] == own.file is not None
+
+
+def test_calibrations_that_cannot_be_read_hold_up_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with walked(tmp_path) as walk:
+        first = calibrate(walk)
+        monkeypatch.setattr(Path, "iterdir", unreadable)
+        state = walk.start(OwnCalibration(walk.store))
+        assert "calibrations cannot be read: Permission denied." in state.uncalibrated
+        walk.after(walk.live.shoot, Saved)
+        monkeypatch.undo()
+        assert kept_with(walk) == first
+
+
+def unreadable(path: Path) -> Iterator[Path]:
+    raise PermissionError(EACCES, "Permission denied")
 
 
 def test_a_damaged_calibration_is_not_used_and_said(tmp_path: Path) -> None:

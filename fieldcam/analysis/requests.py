@@ -20,7 +20,7 @@ class Setup:
 
     camera: Calibration | Path | None
     """Of pairs that are already rectified, or the file or folder that describes the camera;
-    None where every pair comes with its own calibration, which goes before this one anyway."""
+    None where every picture comes with its own calibration, which goes before this one anyway."""
     settings: Settings = field(default_factory=Settings)
     data: Path | None = None
     """The data folder, where a user's own networks may lie; None for the shipped ones."""
@@ -49,6 +49,8 @@ class Look:
     """PGM or PPM of the left eye."""
     shrunk: int
     """Full-size pixels to one of its own."""
+    calibration: Path | None = None
+    """Describes the camera, before the setup's one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +73,13 @@ def encode_request(request: Request) -> Json:
                 "calibration": _text(saved.calibration),
                 "expectation": asdict(expectation),
             }
-        case Look(image, shrunk):
-            return {"ask": "look", "image": str(image), "shrunk": shrunk}
+        case Look(image, shrunk, calibration):
+            return {
+                "ask": "look",
+                "image": str(image),
+                "shrunk": shrunk,
+                "calibration": _text(calibration),
+            }
         case Ping():
             return {"ask": "ping"}
 
@@ -88,7 +95,8 @@ def decode_request(document: Json) -> Request:
             saved = SavedCapture(text(document["key"]), left, right, record, calibration)
             return Analyse(saved, _decode_expectation(document["expectation"]))
         case "look":
-            return Look(Path(document["image"]), whole(document["shrunk"]))
+            calibration = optional(document["calibration"], Path)
+            return Look(Path(document["image"]), whole(document["shrunk"]), calibration)
         case _:
             return Ping()
 

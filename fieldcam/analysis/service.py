@@ -22,7 +22,7 @@ class Work(Protocol):
 
     def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading: ...
 
-    def look(self, image: Path, shrunk: int) -> tuple[TagPose, ...]: ...
+    def look(self, image: Path, shrunk: int, calibration: Path | None) -> tuple[TagPose, ...]: ...
 
 
 class Service:
@@ -52,8 +52,8 @@ class Service:
                 self._opened().warm_up()
             case Analyse(saved, expectation):
                 return Read(self._opened().analyse(saved, expectation))
-            case Look(image, shrunk):
-                return Seen(self._opened().look(image, shrunk))
+            case Look(image, shrunk, calibration):
+                return Seen(self._opened().look(image, shrunk, calibration))
             case Ping():
                 pass
         return Done()

@@ -71,9 +71,9 @@ class Supervisor:
         self._desk.submit(job, urgent, again)
         return job.future
 
-    def look(self, image: Path, shrunk: int) -> Future[Tags]:
+    def look(self, image: Path, shrunk: int, calibration: Path | None = None) -> Future[Tags]:
         """The promise of a preview's tags in its own pixels; a newer preview cancels it."""
-        return self._glances.submit(Look(image, shrunk))
+        return self._glances.submit(Look(image, shrunk, calibration))
 
     @property
     def status(self) -> Status:

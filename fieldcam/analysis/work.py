@@ -37,22 +37,19 @@ class VisionWork:
     def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
         return self._analyst.analyse(saved, expectation)
 
-    def look(self, image: Path, shrunk: int) -> tuple[TagPose, ...]:
+    def look(
+        self, image: Path, shrunk: int, calibration: Path | None = None
+    ) -> tuple[TagPose, ...]:
         """The tags of a preview; of a raw camera's, its distortion is left as it is."""
         try:
             content = image.read_bytes()
         except OSError as error:
             raise ImageUnreadable(f"The preview cannot be read: {error.strerror}.") from error
         pixels = decode_raw(content, image.name)
-        camera = self._preview_camera((pixels.shape[1] * shrunk, pixels.shape[0] * shrunk))
+        size_px = pixels.shape[1] * shrunk, pixels.shape[0] * shrunk
+        camera = _described(calibration or self._setup.camera, size_px)
         own = None if camera is None else _shrunk(camera, shrunk)
         return detect_tags(pixels, own, self._setup.settings.tag_size_mm)
-
-    def _preview_camera(self, size_px: tuple[int, int]) -> Calibration | None:
-        camera = self._setup.camera
-        if isinstance(camera, Path):
-            return own_camera(camera, size_px).calibration
-        return camera
 
     @functools.cached_property
     def _pipeline(self) -> Pipeline:
@@ -64,6 +61,10 @@ class VisionWork:
     @functools.cached_property
     def _analyst(self) -> DirectAnalyst:
         return DirectAnalyst(self._pipeline, self._setup.camera, self._setup.settings)
+
+
+def _described(camera: Calibration | Path | None, size_px: tuple[int, int]) -> Calibration | None:
+    return own_camera(camera, size_px).calibration if isinstance(camera, Path) else camera
 
 
 def _shrunk(camera: Calibration, times: int) -> Calibration:

@@ -11,6 +11,7 @@ from typing import Protocol
 
 from fieldcam.camera.preview import Preview
 from fieldcam.errors import FieldcamError
+from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.cue import Cue, cue_of
 from fieldcam.session.events import Listener, Previewed
 from fieldcam.session.preview_file import PreviewFile
@@ -22,14 +23,24 @@ BUSY = "The analysis is busy."
 class Looker(Protocol):
     """What finds tags in previews; `analysis.supervisor.Supervisor` is one."""
 
-    def look(self, image: Path, shrunk: int) -> Future[tuple[TagPose, ...]]: ...
+    def look(
+        self, image: Path, shrunk: int, calibration: Path | None
+    ) -> Future[tuple[TagPose, ...]]: ...
 
 
 class Aiming:
     """`show` and `stop` are called in the camera's thread, the looker answers in its own."""
 
-    def __init__(self, file: PreviewFile, looker: Looker, tell: Listener) -> None:
+    def __init__(
+        self,
+        file: PreviewFile,
+        looker: Looker,
+        tell: Listener,
+        calibration: OwnCalibration | None = None,
+    ) -> None:
+        """`calibration` goes with each preview, where the looker does not know the camera."""
         self._file, self._looker, self._tell = file, looker, tell
+        self._calibration = calibration
         self._lock, self._live = threading.Lock(), False
         self._asked: Future[tuple[TagPose, ...]] | None = None
         self._last: Cue | None = None
@@ -48,7 +59,8 @@ class Aiming:
             sentence = f"The preview cannot be written: {error.strerror}."
             self._told(preview, self._blind(preview, sentence))
             return
-        self._asked = self._looker.look(image, preview.shrunk)
+        calibration = None if self._calibration is None else self._calibration.file
+        self._asked = self._looker.look(image, preview.shrunk, calibration)
         self._asked.add_done_callback(partial(self._looked, preview))
 
     def stop(self) -> None:

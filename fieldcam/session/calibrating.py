@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fieldcam.calibration.readers import load_camera
-from fieldcam.errors import CalibrationInvalid
+from fieldcam.errors import CalibrationInvalid, FieldcamError, StorageError
 from fieldcam.store.calibrations import calibration_in_use
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.store import Store
@@ -55,6 +55,12 @@ class OwnCalibration:
         return None if file is None else replace(saved, calibration=file)
 
     def _look(self) -> tuple[Version | None, str | None, str]:
+        try:
+            return self._known_anew()
+        except StorageError as error:
+            return None, None, _waiting(error)
+
+    def _known_anew(self) -> tuple[Version | None, str | None, str]:
         path = calibration_in_use(self._store.folder.path)
         version = None if path is None else _version(path)
         if version != self._known[0]:
@@ -68,8 +74,12 @@ class OwnCalibration:
         try:
             load_camera(path)
         except CalibrationInvalid as error:
-            return None, f"Pictures are saved and wait: {error}"
+            return None, _waiting(error)
         return self._store.keep_calibration(content), ""
+
+
+def _waiting(error: FieldcamError) -> str:
+    return f"Pictures are saved and wait: {error}"
 
 
 def _version(path: Path) -> Version | None:

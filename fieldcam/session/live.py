@@ -74,7 +74,7 @@ class LiveWalk:
         )
         self._inbox.put(partial(self._readings.take_up, again=False))
         file = PreviewFile(preview_folder(store.folder.path))
-        self._aiming = Aiming(file, self._analysis, listener)
+        self._aiming = Aiming(file, self._analysis, listener, calibration)
         self._thread = threading.Thread(target=self._run, name="walk", daemon=True)
         self._thread.start()
         self._shutter = Shutter(

@@ -103,6 +103,9 @@ def _of_new_tag(cue: Cue) -> Banner | None:
 
 
 def _of_place(cue: Cue) -> Banner | None:
+    if cue.zone is None:
+        sentence = "The range is not known: is the camera calibrated? Space takes the picture."
+        return Banner("RANGE", "query", Tone.ASK, sentence)
     if cue.zone is Zone.NEAR:
         return Banner("NEAR", "cross", Tone.ASK, f"{_range(cue)}: go back a little.")
     if cue.zone is Zone.FAR:

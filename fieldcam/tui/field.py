@@ -28,7 +28,7 @@ def walk_field(path: Path, models: Models | None, problems: Sequence[str] = ()) 
     with open_store(path, DataKind.FIELD) as store, camera_log(path / "logs"):
         found = startup_check(store).sentences
         own = OwnCalibration(store)
-        rig = Rig(HeadFinder(path).open, Setup(own.file, data=path), calibration=own)
+        rig = Rig(HeadFinder(path).open, Setup(None, data=path), calibration=own)
         setup = SetUp(store)
         setup.resume()
 
