@@ -74,6 +74,28 @@ def test_what_the_camera_made_of_a_value_is_told() -> None:
     assert done.lacks == ["Gain was set to 5 and is 4."]
 
 
+INPUT_ONLY = """<Enumeration Name="LineSelector"><EnumEntry Name="Line0"><Value>0</Value>
+</EnumEntry><EnumEntry Name="Line1"><Value>1</Value></EnumEntry><pValue>SelectorReg</pValue>
+</Enumeration><Enumeration Name="LineMode"><EnumEntry Name="Input"><Value>0</Value></EnumEntry>
+<EnumEntry Name="Output"><Value>1</Value></EnumEntry><pValue>ModeReg</pValue></Enumeration>"""
+
+
+def test_each_lack_is_said_once_and_names_its_line() -> None:
+    features = node_map(
+        register("SelectorReg", 0), register("ModeReg", 4, AccessMode="RO"), INPUT_ONLY
+    )
+
+    def lacks(line: str) -> list[str]:
+        at = ("LineSelector", line)
+        wanted = [Adjustment("LineMode", "Output", at), Adjustment("LineMode", True, at)]
+        return adjust(features, wanted).lacks
+
+    assert lacks("Line0") == [
+        "Line0: LineMode cannot be set: it can only be read, or is locked now."
+    ]
+    assert lacks("Line9") == ["LineSelector cannot be 'Line9': it takes Line0, Line1."]
+
+
 LINES = """<Enumeration Name="LineSelector"><EnumEntry Name="Line0"><Value>0</Value></EnumEntry>
 <EnumEntry Name="Line1"><Value>1</Value></EnumEntry><pValue>SelectorReg</pValue></Enumeration>
 <Boolean Name="LineStatus"><pValue>StatusReg</pValue></Boolean>"""

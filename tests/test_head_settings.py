@@ -60,6 +60,9 @@ def test_all_that_is_given_is_taken() -> None:
         ("[left]\nserial = 3", "gives left as {'serial': 3}"),
         ('right = "B"', "names the right camera and not the left one"),
         ('left = "A"\nright = "A"', "names A as the left and as the right"),
+        ('shutter_line = "Line1"', "gives Line1 as strobe_line and as shutter_line"),
+        ('strobe_line = "Line0"\ntrigger = "Line0"', "as strobe_line and as trigger"),
+        ('strobe_line = "Line3"\ncharged_line = "Line3"', "as strobe_line and as charged_line"),
         ('left = "A"\nright = "B"\nlayout = "stacked"', "the layout stacked has one only"),
     ],
 )
@@ -68,6 +71,11 @@ def test_what_is_wrong_is_said_in_one_sentence(text: str, words: str) -> None:
         parsed(text)
     assert "\n" not in caught.value.message or "TOML" in caught.value.message
     assert caught.value.message.startswith("camera.toml ")
+
+
+def test_a_flash_that_needs_no_line_leaves_all_lines_to_others() -> None:
+    found = parsed('strobe_line = ""\nshutter_line = "Line1"\ntrigger = "Line1"')
+    assert found.shutter_line == found.trigger == "Line1"
 
 
 @given(st.binary(max_size=80))

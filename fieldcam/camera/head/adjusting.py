@@ -67,7 +67,8 @@ def adjust(features: NodeMap, wanted: Sequence[Adjustment]) -> Adjusted:
         except (FeatureMissing, FeatureRefused, CameraRefused, FeatureFileInvalid) as error:
             if each.need is Need.MUST:
                 raise
-            done.lacks.append(error.message)
+            lack = _at_its_line(each, error.message)
+            done.lacks += [] if lack in done.lacks else [lack]
             continue
         done.values[each.label] = found
         if not _alike(found, each.value):
@@ -78,6 +79,13 @@ def adjust(features: NodeMap, wanted: Sequence[Adjustment]) -> Adjusted:
 def has(features: NodeMap, name: str) -> bool:
     """Whether the camera has this feature, and it can be used now."""
     return name in features and features[name].available
+
+
+def _at_its_line(wanted: Adjustment, sentence: str) -> str:
+    """A camera has several of what is selected, and a sentence may name only the feature."""
+    if wanted.at is None or wanted.at[1] in sentence:
+        return sentence
+    return f"{wanted.at[1]}: {sentence}"
 
 
 def _set(features: NodeMap, wanted: Adjustment) -> Value:

@@ -181,10 +181,19 @@ def _consistent(settings: HeadSettings, name: str) -> HeadSettings:
         raise _refused(name, "names the right camera and not the left one")
     if settings.left is not None and settings.left == settings.right:
         raise _refused(name, f"names {settings.left} as the left and as the right camera")
+    if (wrong := _both_ways(settings)) is not None:
+        raise _refused(name, f"gives {settings.strobe_line} as strobe_line and as {wrong}")
     alone = settings.layout not in (None, Carrying.TWO_DEVICES)
     if alone and settings.right is not None:
         raise _refused(name, f"names a right camera, and the layout {settings.layout} has one only")
     return settings
+
+
+def _both_ways(settings: HeadSettings) -> str | None:
+    """The key of an input that the strobe's line is named for too: it can only be one."""
+    inputs = ("trigger", "shutter_line", "charged_line")
+    same = (key for key in inputs if getattr(settings, key) == settings.strobe_line)
+    return next(same, None) if settings.strobe_line else None
 
 
 def _refused(name: str, what: str) -> CameraSettingsInvalid:
