@@ -45,6 +45,9 @@ def zipped(content: bytes = SMALL, *names: str, method: int = zipfile.ZIP_DEFLAT
     return buffer.getvalue()
 
 
+EMPTY_ZIP = b"PK\5\6" + bytes(18)
+
+
 @pytest.mark.parametrize(
     "data",
     [
@@ -79,7 +82,10 @@ def test_a_feature_file_is_read(data: bytes) -> None:
         (b"<?xml version='1.0' encoding='klingon'?>" + SMALL, "no proper XML"),
         (HEAD.encode() + b"<Group>" * 50, "nests too deep"),
         (SMALL + b" " * LARGEST_FILE_BYTES, "16 MiB"),
-        (zipped(SMALL, "a.xml", "b.xml"), "2 files"),
+        (zipped(SMALL, "a.xml", "b.xml"), "holds 2 XML files"),
+        (zipped(SMALL, "read_me.txt"), "holds no XML file"),
+        (zipped(SMALL, "a.txt", "b.txt", "folder.xml/"), "holds no XML file"),
+        (EMPTY_ZIP, "holds no XML file"),
         (zipped(SMALL + b" " * LARGEST_FILE_BYTES), "16 MiB"),
         (zipped(method=zipfile.ZIP_BZIP2), "unusual"),
         (zipped()[:60], "damaged"),

@@ -26,7 +26,8 @@ MOST_ELEMENTS = 1_000_000
 DEEPEST_NESTING = 32
 
 _PADDING = b"\0 \t\r\n"
-_ZIP_START = b"PK\x03\x04"
+_ZIP_STARTS = (b"PK\x03\x04", b"PK\x05\x06")
+"""The second is of an empty one."""
 _CAMERA_LINE = re.compile(rb"(?:<!--[ -~]{1,400}-->|[ -;=-~]{1,400})\r?\n(?=<)")
 """Common tools print the camera's name before the XML, plain or as a comment, and it is
 saved with it."""
@@ -55,7 +56,7 @@ def load_feature_file(data: bytes) -> Document:
 
     Raises FeatureFileInvalid.
     """
-    if data.startswith(_ZIP_START):
+    if data.startswith(_ZIP_STARTS):
         data = _unzip(data)
     if len(data) > LARGEST_FILE_BYTES:
         raise _too_large()
@@ -86,14 +87,15 @@ def _unzip(data: bytes) -> bytes:
 
 
 def _only_member(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
-    files = [
+    members = [
         info
         for info in archive.infolist()
-        if not info.is_dir() and not info.filename.startswith("__MACOSX/")
+        if info.filename.lower().endswith(".xml") and not info.filename.startswith("__MACOSX/")
     ]
-    members = [info for info in files if info.filename.lower().endswith(".xml")] or files
-    if len(members) != 1:
-        raise FeatureFileInvalid(f"The zip holds {len(members)} files instead of one XML file.")
+    if not members:
+        raise FeatureFileInvalid("The zip holds no XML file.", _HINT)
+    if len(members) > 1:
+        raise FeatureFileInvalid(f"The zip holds {len(members)} XML files instead of one.", _HINT)
     member = members[0]
     if member.flag_bits & _ENCRYPTED or member.compress_type not in _READABLE_METHODS:
         raise FeatureFileInvalid("The zip is encrypted, or packed in an unusual way.", _HINT)
