@@ -214,6 +214,31 @@ def test_what_one_feature_gets_wrong_does_not_hide_the_others() -> None:
     assert (real["value"], real["increment"]) == (2.0, None)
 
 
+def test_what_a_category_names_and_the_file_lacks_is_listed_in_its_place(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "cut.xml"
+    path.write_bytes(
+        feature_file(
+            '<Category Name="Root"><pFeature>Gone</pFeature><pFeature>A</pFeature></Category>',
+            '<Category Name="A"><pFeature>X</pFeature><pFeature>Lost</pFeature>'
+            "<pFeature>Device</pFeature><pFeature>A</pFeature></Category>",
+            '<Integer Name="X"><Value>1</Value></Integer>',
+        )
+    )
+    assert main(["camera", "features", "--xml", str(path), "--json"]) == ExitCode.OK
+    found = json.loads(capsys.readouterr().out)["features"]
+    assert [(entry["name"], entry["depth"], entry["type"]) for entry in found] == [
+        ("Gone", 0, "missing"),
+        ("A", 0, "category"),
+        ("Lost", 1, "missing"),
+        ("X", 1, "integer"),
+        ("A", 1, "category"),
+    ]
+    assert main(["camera", "features", "--xml", str(path)]) == ExitCode.OK
+    assert "A names it, and the file does not declare it." in capsys.readouterr().out
+
+
 def test_a_real_cameras_file_is_listed(
     real: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

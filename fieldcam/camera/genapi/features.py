@@ -227,6 +227,11 @@ class CategoryFeature(Feature, ABC):
     @abstractmethod
     def features(self) -> tuple[Feature, ...]: ...
 
+    @property
+    @abstractmethod
+    def absent(self) -> tuple[str, ...]:
+        """What it names and the file does not declare."""
+
     def walk(self) -> Iterator[tuple[int, Feature]]:
         """Everything below it with its depth, from 0 on, in the file's order.
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
+from fieldcam.camera.genapi.access import Visibility
 from fieldcam.camera.genapi.feature import Feature
 from fieldcam.camera.genapi.features import (
     BooleanFeature,
@@ -43,8 +44,7 @@ _KINDS = {
 
 def declared_entries(features: NodeMap) -> Iterator[Entry]:
     """What the feature file alone says; for features on NoCamera."""
-    for depth, feature in features.root.walk():
-        yield _entry(depth, feature, _declared)
+    return _entries(features.root, _declared)
 
 
 def present_entries(features: NodeMap) -> Iterator[Entry]:
@@ -52,8 +52,33 @@ def present_entries(features: NodeMap) -> Iterator[Entry]:
 
     Raises CameraUnplugged or CameraSilent where the camera goes in the middle.
     """
-    for depth, feature in features.root.walk():
-        yield _entry(depth, feature, _present)
+    return _entries(features.root, _present)
+
+
+def _entries(root: CategoryFeature, state: Callable[[Feature], Entry]) -> Iterator[Entry]:
+    told = {root.name}
+    yield from _absent(0, root)
+    for depth, feature in root.walk():
+        yield _entry(depth, feature, state)
+        if isinstance(feature, CategoryFeature) and feature.name not in told:
+            told.add(feature.name)
+            yield from _absent(depth + 1, feature)
+
+
+def _absent(depth: int, category: CategoryFeature) -> Iterator[Entry]:
+    """A file that was cut off, or a maker's mistake: somebody would look for the feature."""
+    for name in category.absent:
+        yield {
+            "name": name,
+            "depth": depth,
+            "type": "missing",
+            "display_name": name,
+            "description": "",
+            "visibility": Visibility.BEGINNER,
+            "selects": [],
+            "access": None,
+            "problem": f"{category.name} names it, and the file does not declare it.",
+        }
 
 
 def _entry(depth: int, feature: Feature, state: Callable[[Feature], Entry]) -> Entry:

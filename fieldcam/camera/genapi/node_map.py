@@ -66,6 +66,10 @@ class NodeMap:
         element = self.document.nodes.get(name) if isinstance(name, str) else None
         return element is not None and element.tag in NODE_TYPES
 
+    def declares(self, name: str) -> bool:
+        """Whether the file has this node, be it a feature or not."""
+        return name in self.document.nodes
+
     def __iter__(self) -> Iterator[str]:
         """Names of all features, in the file's order."""
         return (name for name in self.document.nodes if name in self)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 from fieldcam.camera.genapi.access import Access
@@ -83,12 +83,20 @@ class Register(InRegister, RegisterFeature):
 
 
 class Category(CategoryFeature):
-    """A list of other nodes; what it names and the file lacks is left out."""
+    """A list of other nodes, of which ports and the like are no features."""
 
     @property
     def features(self) -> tuple[Feature, ...]:
-        names = (child.text for child in self._element.all("pFeature"))
+        names = self._names
         return tuple(self._scope.node(name, self.name) for name in names if name in self._scope)
+
+    @property
+    def absent(self) -> tuple[str, ...]:
+        return tuple(name for name in self._names if not self._scope.declares(name))
+
+    @property
+    def _names(self) -> Iterator[str]:
+        return (child.text for child in self._element.all("pFeature"))
 
     def _own_access(self) -> Access:
         return Access.READ_ONLY
