@@ -220,7 +220,13 @@ def test_a_board_is_printed(tmp_path: Path, capsys: Capture) -> None:
     said = json.loads(capsys.readouterr().out)
     assert said["file"] == str(out) and said["board"]["square_mm"] == 30.0
     assert out.read_bytes().startswith(b"%PDF-1.4")
-    assert main(["calibrate", "--print-board", str(out)]) == ExitCode.OK
+    printed = out.read_bytes()
+    assert main(["calibrate", "--print-board", str(out)]) == ExitCode.BAD_INPUT
+    said = capsys.readouterr()
+    assert said.out == "" and f"{out} is there already." in said.err
+    assert out.read_bytes() == printed
+    other = tmp_path / "other.pdf"
+    assert main(["calibrate", "--print-board", str(other)]) == ExitCode.OK
     assert "9x6 squares of 20 mm" in capsys.readouterr().out
 
 

@@ -210,13 +210,15 @@ def test_the_bundle_holds_what_a_driver_is_written_from(
     assert len(json.loads(files["probe.json"])["cameras"]) == 2
 
 
-@pytest.mark.parametrize("name", ["bundle.tar", "missing/bundle.zip", "folder.zip"])
+@pytest.mark.parametrize("name", ["bundle.tar", "missing/bundle.zip", "folder.zip", "old.zip"])
 def test_a_bundle_that_cannot_be_written_is_refused_before_the_work(
     capsys: Capture, stereo_cameras: StereoHead, tmp_path: Path, name: str
 ) -> None:
     (tmp_path / "folder.zip").mkdir()
+    (tmp_path / "old.zip").write_bytes(b"of another head")
     code, out, err = run(capsys, "--out", tmp_path / name)
     assert (code, out) == (ExitCode.BAD_INPUT, "") and str(tmp_path) in err
+    assert (tmp_path / "old.zip").read_bytes() == b"of another head"
 
 
 def test_an_unknown_serial_number_is_told(capsys: Capture, stereo_cameras: StereoHead) -> None:

@@ -104,12 +104,12 @@ def _calibrate(arguments: argparse.Namespace) -> None:
 
 def _print_board(arguments: argparse.Namespace, board: Board) -> None:
     from fieldcam.exchange.calibration_report import board_report
-    from fieldcam.exchange.targets import check_target, write_target
+    from fieldcam.exchange.targets import check_new_target, write_target
     from fieldcam.report.board_sheets import board_sheet
     from fieldcam.report.pdf import pdf_document
     from fieldcam.report.tag_sheets import Paper
 
-    check_target(arguments.print_board, ".pdf", "the board is written as PDF")
+    check_new_target(arguments.print_board, ".pdf", "the board is written as PDF")
     paper = Paper[arguments.paper.upper()]
     write_target(arguments.print_board, pdf_document([board_sheet(board, paper)], paper))
     if arguments.json:

@@ -25,10 +25,10 @@ def register(actions: Subparsers[Parser]) -> None:
 
 
 def _probe(arguments: argparse.Namespace) -> None:
-    from fieldcam.exchange.targets import check_target, write_target
+    from fieldcam.exchange.targets import check_new_target, write_target
 
     if arguments.out is not None:
-        check_target(arguments.out, ".zip", "the bundle is a zip archive")
+        check_new_target(arguments.out, ".zip", "the bundle is a zip archive")
     findings = _look(arguments.serial)
     if arguments.json:
         emit_json(document(findings))

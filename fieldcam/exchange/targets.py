@@ -17,6 +17,13 @@ def check_target(path: Path, suffix: str, why: str) -> None:
         raise BadInput(f"There is no folder {path.parent} to write {path.name} into.")
 
 
+def check_new_target(path: Path, suffix: str, why: str) -> None:
+    """The same for a file that takes no other one's place."""
+    check_target(path, suffix, why)
+    if path.exists():
+        raise BadInput(f"{path} is there already.", "Name a file that does not exist.")
+
+
 def write_target(path: Path, content: bytes) -> None:
     """Write it, over what was there."""
     try:
