@@ -75,7 +75,7 @@ def test_a_folder_becomes_the_calibration_in_use(
     said = capsys.readouterr()
     in_use = calibration_in_use(data)
     assert in_use is not None and str(in_use.parent) in said.out
-    assert "12_left.png has no partner" in said.err and "The app uses it" in said.err
+    assert "12_left.png has no partner" in said.err and "The app uses it from now on." in said.err
     rig = load_stereo_rig(in_use)
     # These pictures have a ninth of the real ones' pixels.
     assert rig.rectified.baseline_mm == pytest.approx(head.baseline_mm, abs=0.3)
@@ -128,6 +128,28 @@ def test_pairs_are_known_by_each_layout(tmp_path: Path) -> None:
         assert len(found.pairs) == 2 and not found.problems, layout
         assert found.pairs[0].name.startswith("2") and found.pairs[1].name.startswith("10")
         assert "left" in str(found.pairs[0].left.relative_to(tmp_path)).lower()
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (["1_left.png", "2_left.png"], "holds 2 images of the left eye and none of the right one."),
+        (["1RIGHT.png"], "holds 1 image of the right eye and none of the left one."),
+        (["left/1.png", "left/2.png"], "holds 2 images of the left eye and none of the right"),
+        (["1_left.png", "2_right.png"], "holds images of both eyes, but no two of the same name."),
+        (["board.png", "notes.txt"], "holds no pairs."),
+    ],
+)
+def test_a_folder_without_pairs_says_what_is_missing(
+    tmp_path: Path, capsys: Capture, names: list[str], words: str
+) -> None:
+    for name in names:
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+    assert main(["calibrate", str(tmp_path)]) == ExitCode.BAD_INPUT
+    said = capsys.readouterr()
+    assert said.out == "" and f"{tmp_path} {words}" in said.err
 
 
 Spoil = Callable[[Path], object]

@@ -140,7 +140,7 @@ def _calibrate_folder(arguments: argparse.Namespace, board: Board) -> None:
     result = calibrate(board, look(board, pairs))
     _write(out, result)
     if arguments.out is None:
-        narrate("The app uses it from its next start on.")
+        narrate("The app uses it from now on.")
     _tell(arguments, result, out)
 
 

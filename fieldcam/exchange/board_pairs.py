@@ -7,15 +7,18 @@ the same in RIGHT; or the same names in two folders, `DIR/left` and `DIR/right`.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.capture_folder import FolderProblem, is_image, lonely, visible
+from fieldcam.words import number_of
 
 OWN_NAME = re.compile(r"(.*[^_])_(left|right)", re.ASCII)
 EYES = ("left", "right")
+EXPECTED = "Pairs are expected as <n>_left.png and <n>_right.png."
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,36 +44,47 @@ def read_pair_folder(folder: Path) -> PairFolder:
     if not folder.is_dir():
         raise BadInput(f"There is no folder {folder}.", "Give the folder that holds the pairs.")
     try:
-        eyes = _folders_of_eyes(folder)
-        found = list(_paired(_named_alike(*eyes) if eyes else _named_by_eye(folder)))
+        images = list(_named(folder))
     except OSError as error:
         raise BadInput(f"{folder} cannot be read: {error.strerror}.") from error
+    found = list(_paired(images))
     pairs = sorted((each for each in found if isinstance(each, PairPaths)), key=_order)
     problems = sorted(each for each in found if isinstance(each, FolderProblem))
     if not pairs:
-        raise BadInput(
-            f"{folder} holds no pairs.", "They are expected as <n>_left.png and <n>_right.png."
-        )
+        why = _why_no_pairs(Counter(eye for _, eye, _ in images))
+        raise BadInput(f"{folder} holds {why}.", EXPECTED)
     return PairFolder(tuple(pairs), tuple(problems))
 
 
-Named = Iterator[tuple[str, str, Path]]
-"""Each image's name that both eyes share, its eye, and where it lies."""
+Image = tuple[str, str, Path]
+"""Its name that both eyes share, its eye, and where it lies."""
 
 
-def _folders_of_eyes(folder: Path) -> tuple[Path, Path] | None:
+def _why_no_pairs(images: Counter[str]) -> str:
+    """By the images of each eye."""
+    if not images:
+        return "no pairs"
+    if len(images) == len(EYES):
+        return "images of both eyes, but no two of the same name"
+    (eye,) = images
+    other = next(each for each in EYES if each != eye)
+    return f"{number_of(images[eye], 'image')} of the {eye} eye and none of the {other} one"
+
+
+def _named(folder: Path) -> Iterator[Image]:
     members = {path.name.lower(): path for path in visible(folder) if path.is_dir()}
-    if not all(eye in members for eye in EYES):
-        return None
-    return members["left"], members["right"]
+    folders = {eye: members[eye] for eye in EYES if eye in members}
+    if len(folders) < len(EYES):
+        yield from _named_by_eye(folder)
+    yield from _named_alike(folders)
 
 
-def _named_alike(left: Path, right: Path) -> Named:
-    for eye, folder in zip(EYES, (left, right), strict=True):
+def _named_alike(folders: Mapping[str, Path]) -> Iterator[Image]:
+    for eye, folder in folders.items():
         yield from ((path.stem, eye, path) for path in visible(folder) if is_image(path))
 
 
-def _named_by_eye(folder: Path) -> Named:
+def _named_by_eye(folder: Path) -> Iterator[Image]:
     for path in visible(folder):
         if not is_image(path):
             continue
@@ -82,7 +96,7 @@ def _named_by_eye(folder: Path) -> Named:
             yield path.stem.replace("RIGHT", "*"), "right", path
 
 
-def _paired(images: Named) -> Iterator[PairPaths | FolderProblem]:
+def _paired(images: Iterable[Image]) -> Iterator[PairPaths | FolderProblem]:
     eyes: dict[str, dict[str, Path]] = {}
     for name, eye, path in images:
         known = eyes.setdefault(name, {})
