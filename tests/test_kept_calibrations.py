@@ -11,6 +11,7 @@ import pytest
 from live_walks import Walked, read, walked
 from recorded_pairs import write_calibration
 
+from fieldcam.cli.doctor import Health, _calibration
 from fieldcam.session import shutter
 from fieldcam.session.calibrating import MISSING, OwnCalibration
 from fieldcam.session.events import Previewed, Saved
@@ -87,6 +88,21 @@ def test_calibrations_that_cannot_be_read_hold_up_nothing(
 
 def unreadable(path: Path) -> Iterator[Path]:
     raise PermissionError(EACCES, "Permission denied")
+
+
+def test_the_doctor_and_the_app_agree_on_a_calibration(tmp_path: Path) -> None:
+    """One of rectified pictures, and one that is damaged."""
+    with walked(tmp_path) as walk:
+        calibrate(walk)
+        data = walk.store.folder.path
+        (file,) = data.glob("calibrations/*/calibration.yml")
+        assert OwnCalibration(walk.store).problem == ""
+        checked = _calibration(data)
+        assert checked.health is Health.GOOD
+        assert "baseline 60.00 mm" in checked.text and "rectified already" in checked.text
+        file.write_text("P: [")
+        assert OwnCalibration(walk.store).problem
+        assert _calibration(data).health is Health.BAD
 
 
 def test_a_damaged_calibration_is_not_used_and_said(tmp_path: Path) -> None:

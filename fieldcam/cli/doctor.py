@@ -22,6 +22,7 @@ from fieldcam.errors import FieldcamError, UsbLibraryMissing
 from fieldcam.models import Models, find_models, verify_model
 from fieldcam.store.durable import write_durably
 from fieldcam.store.folder import data_path
+from fieldcam.values import Calibration
 
 if TYPE_CHECKING:
     from fieldcam.camera.usb3vision.devices import AttachedCamera
@@ -133,18 +134,23 @@ def _self_test(models: Models) -> Check:
 
 
 def _calibration(data: Path) -> Check:
-    from fieldcam.calibration.readers import load_stereo_rig
+    from fieldcam.calibration.readers import load_camera
     from fieldcam.store.calibrations import calibration_in_use
 
     try:
         path = calibration_in_use(data)
         if path is None:
             return Check("calibration", Health.WARNING, "none yet: run `fieldcam calibrate`")
-        camera = load_stereo_rig(path).rectified
+        found = load_camera(path)
     except FieldcamError as error:
         return Check("calibration", Health.BAD, str(error))
+    camera, of = (
+        (found, ", for pictures that are rectified already")
+        if isinstance(found, Calibration)
+        else (found.rectified, "")
+    )
     numbers = f"baseline {camera.baseline_mm:.2f} mm, focal length {camera.focal_px:.1f} px"
-    return Check("calibration", Health.GOOD, f"{path.parent.name}: {numbers}")
+    return Check("calibration", Health.GOOD, f"{path.parent.name}: {numbers}{of}")
 
 
 def _simulator() -> Check:
