@@ -211,6 +211,21 @@ def test_pictures_wait_for_an_analysis_that_is_off(walk: Walked) -> None:
     assert state.waiting == 0
 
 
+def test_a_failed_picture_that_is_read_again_is_told_as_such(walk: Walked) -> None:
+    """By R on the Device screen; a second failure is one again."""
+    walk.start()
+    failed = AnalysisFailed("The analysis crashed.")
+    walk.analysis.outcomes.append(failed)
+    _, state = walk.after(walk.live.shoot, AnalysisTrouble)
+    assert state.shown is not None and state.shown.stage is Stage.FAILED
+    _, state = walk.after(walk.live.restart_analysis, Done)
+    assert state.shown is not None and state.shown.stage is Stage.ANALYSING
+    walk.analysis.waiting[-1].set_exception(failed)
+    walk.heard.next(AnalysisTrouble)
+    state = walk.heard.next(Changed).state
+    assert state.shown is not None and state.shown.stage is Stage.FAILED
+
+
 def test_what_an_earlier_day_left_unread_is_read(later: Walked) -> None:
     left = later.made.take(later.made.visit(), 12)
     later.analysis.outcomes.append(read(12))

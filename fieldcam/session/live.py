@@ -204,6 +204,9 @@ class LiveWalk:
 
     def _publish(self) -> None:
         state = self._view.state()
+        if state.shown is not None and state.shown.id in self._readings.under_way:
+            # It failed before, and is being read once more.
+            state = replace(state, shown=replace(state.shown, failure=""))
         self._aiming.due = state.tag_id
         camera = CameraState.EXPOSING if self._in_flight else self._camera
         status = self._analysis.status

@@ -59,6 +59,8 @@ class Readings:
     tell: Listener
     completed: Callable[[SavedCapture], SavedCapture | None] = lambda saved: saved
     """Gives a picture what else its reading needs; None: it waits for that."""
+    under_way: set[EntryId] = field(default_factory=set)
+    """Pictures that the analysis has, whatever came of them before."""
     _late: set[EntryId] = field(default_factory=set)
     """Pictures that were not read in time once."""
 
@@ -74,6 +76,7 @@ class Readings:
         self, saved: SavedCapture, expectation: Expectation, urgent: bool, again: bool
     ) -> None:
         started = perf_counter()
+        self.under_way.add(saved.key)
         future = self.analysis.submit(saved, expectation, urgent=urgent, again=again)
         future.add_done_callback(
             lambda done: self.post(partial(self._keep, saved, expectation, started, done))
@@ -92,6 +95,7 @@ class Readings:
         started: float,
         done: Future[ClusterReading],
     ) -> None:
+        self.under_way.discard(saved.key)
         try:
             reading = done.result()
         except AnalysisOff:
