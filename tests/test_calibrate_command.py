@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from rendered_boards import Head, photograph, printed_charuco, random_head, random_poses
 
+from fieldcam.calibration.documents import read_document
 from fieldcam.calibration.readers import load_stereo_rig
 from fieldcam.camera import finding
 from fieldcam.camera.preview import Preview
@@ -150,6 +151,17 @@ def test_a_folder_without_pairs_says_what_is_missing(
     assert main(["calibrate", str(tmp_path)]) == ExitCode.BAD_INPUT
     said = capsys.readouterr()
     assert said.out == "" and f"{tmp_path} {words}" in said.err
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"left_serial": 1, "right_serial": "B"}'])
+def test_a_damaged_note_of_the_head_is_refused(
+    tmp_path: Path, folder: Path, capsys: Capture, content: str
+) -> None:
+    (folder / "head.json").write_text(content)
+    out = tmp_path / "out"
+    assert main(["calibrate", str(folder), "--out", str(out), *OPTIONS]) == ExitCode.BAD_INPUT
+    assert "does not say which head took the pictures" in capsys.readouterr().err
+    assert not out.exists()
 
 
 Spoil = Callable[[Path], object]
@@ -321,6 +333,7 @@ def test_the_camera_takes_pictures_until_it_is_lost(
     assert len(found.pairs) == VIEWS and not found.problems
     assert np.array_equal(read_image(found.pairs[0].left)[..., 0], pairs[0][0])
     assert main(argv) == ExitCode.OK
+    assert read_document(out / "calibration.yml").serials() == camera.serials
     assert main([*argv[:2], "--camera", *OPTIONS]) == ExitCode.BAD_INPUT
     assert "is not empty" in capsys.readouterr().err
 
@@ -336,7 +349,7 @@ def test_enough_pictures_are_solved_at_once(
     assert main([*argv, *OPTIONS]) == ExitCode.OK
     said = capsys.readouterr()
     assert f"of {VIEWS} pairs count" in said.out
-    assert len(list((tmp_path / "taken").iterdir())) == 2 * VIEWS
+    assert len(list((tmp_path / "taken").glob("*.png"))) == 2 * VIEWS
 
 
 def test_without_a_camera_it_is_a_device_error(tmp_path: Path, capsys: Capture) -> None:

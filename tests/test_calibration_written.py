@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from recorded_pairs import write_calibration
 from rendered_boards import Head, random_head
 
+from fieldcam.calibration.documents import read_document
 from fieldcam.calibration.readers import load_camera, load_rectified, load_stereo_rig
 from fieldcam.calibration.rectifying import rectified_rig
 from fieldcam.calibration.rig import Eye, StereoRig
@@ -58,6 +59,22 @@ def assert_same_camera(found: Calibration, expected: Calibration) -> None:
     assert (found.width_px, found.height_px) == (expected.width_px, expected.height_px)
     for name in ("focal_px", "cx_px", "cy_px", "baseline_mm"):
         assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-9), name
+
+
+SERIAL = st.text(st.characters(min_codepoint=33, max_codepoint=126), min_size=1, max_size=32)
+
+
+@settings(max_examples=40)
+@given(left=SERIAL, right=SERIAL)
+def test_the_heads_serial_numbers_are_read_back(
+    tmp_path_factory: pytest.TempPathFactory, left: str, right: str
+) -> None:
+    camera = camera_of(random_head(np.random.default_rng(1)))
+    path = tmp_path_factory.mktemp("calibration") / "calibration.yml"
+    files = calibration_files(camera, rectified_rig(camera), (left, right))
+    path.write_bytes(files["calibration.yml"])
+    assert read_document(path).serials() == (left, right)
+    assert isinstance(load_camera(path), StereoRig)
 
 
 @settings(max_examples=20)

@@ -14,7 +14,8 @@ from recorded_pairs import write_calibration
 from fieldcam.cli.doctor import Health, _calibration
 from fieldcam.session import shutter
 from fieldcam.session.calibrating import MISSING, OwnCalibration
-from fieldcam.session.events import Previewed, Saved
+from fieldcam.session.events import CameraReady, Previewed, Saved
+from fieldcam.session.state import CameraState
 from fieldcam.store.calibrations import next_calibration
 from fieldcam.store.connection import rows
 from fieldcam.store.resuming import saved_capture
@@ -103,6 +104,32 @@ def test_the_doctor_and_the_app_agree_on_a_calibration(tmp_path: Path) -> None:
         file.write_text("P: [")
         assert OwnCalibration(walk.store).problem
         assert _calibration(data).health is Health.BAD
+
+
+@pytest.mark.parametrize(
+    ("serials", "words"),
+    [
+        (("L", "R"), ""),
+        (("R", "L"), "Left and right were swapped since the camera was calibrated"),
+        (("L", "9"), "The calibration is of another head, L and 9"),
+        (None, ""),
+    ],
+)
+def test_a_calibration_of_another_head_is_told(
+    tmp_path: Path, serials: tuple[str, str] | None, words: str
+) -> None:
+    with walked(tmp_path) as walk:
+        calibrate(walk)
+        (file,) = walk.store.folder.path.glob("calibrations/*/calibration.yml")
+        if serials is not None:
+            named = f'left_serial: "{serials[0]}"\nright_serial: "{serials[1]}"\n'
+            file.write_text(file.read_text() + named)
+        walk.start(OwnCalibration(walk.store))
+        walk.heard.until(lambda state: state.camera is CameraState.READY)
+        (ready,) = (event for event in walk.heard.events if isinstance(event, CameraReady))
+        notes = ready.notes
+        assert len(notes) == bool(words) and words in "".join(notes)
+        assert kept_with(walk) == file.read_bytes()
 
 
 def test_a_damaged_calibration_is_not_used_and_said(tmp_path: Path) -> None:

@@ -36,6 +36,9 @@ MILLIMETRES_PER_UNIT = {
     "millimeters": 1.0,
 }
 
+SERIALS = ("left_serial", "right_serial")
+"""Which cameras a file describes, where it says so."""
+
 Array = npt.NDArray[np.float64]
 
 
@@ -107,6 +110,11 @@ class Document:
         if unit not in MILLIMETRES_PER_UNIT:
             raise self.refuse(f"gives its units as {unit!r}.", "Write m, cm or mm.")
         return MILLIMETRES_PER_UNIT[unit]
+
+    def serials(self) -> tuple[str, str] | None:
+        """Of the left and the right eye, or None where the file does not say."""
+        left, right = (self.entries.get(key) for key in SERIALS)
+        return (left, right) if isinstance(left, str) and isinstance(right, str) else None
 
     def _checked_size(self, width: Array, height: Array) -> tuple[int, int]:
         if width.size != 1 or height.size != 1:

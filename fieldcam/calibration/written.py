@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import yaml
 
-from fieldcam.calibration.documents import MILLIMETRES_PER_UNIT, Array
+from fieldcam.calibration.documents import MILLIMETRES_PER_UNIT, SERIALS, Array
 from fieldcam.calibration.rig import Eye, StereoRig
 from fieldcam.calibration.solving import RawStereo
 from fieldcam.exchange.capture_folder import CALIBRATION_NAMES
@@ -21,8 +21,13 @@ from fieldcam.exchange.capture_folder import CALIBRATION_NAMES
 _METRE = MILLIMETRES_PER_UNIT["m"]
 
 
-def calibration_files(camera: RawStereo, rig: StereoRig) -> dict[str, bytes]:
-    """Content by file name; `rig` is that camera rectified."""
+def calibration_files(
+    camera: RawStereo, rig: StereoRig, serials: tuple[str, str] | None = None
+) -> dict[str, bytes]:
+    """Content by file name; `rig` is that camera rectified.
+
+    `serials` are those of its eyes, left before right, where they are known.
+    """
     baseline_m = rig.rectified.baseline_mm / _METRE
     intrinsics = {
         "M1": camera.left.camera_matrix,
@@ -43,7 +48,7 @@ def calibration_files(camera: RawStereo, rig: StereoRig) -> dict[str, bytes]:
         "right.yml": _camera_info(rig, rig.right, baseline_m),
         "intrinsics.yml": _opencv(rig.size_px, intrinsics),
         "extrinsics.yml": _opencv(rig.size_px, extrinsics),
-        CALIBRATION_NAMES[0]: _opencv(rig.size_px, {**intrinsics, **extrinsics}),
+        CALIBRATION_NAMES[0]: _opencv(rig.size_px, {**intrinsics, **extrinsics}, serials),
     }
 
 
@@ -69,10 +74,16 @@ def _camera_info(rig: StereoRig, eye: Eye, baseline_m: float) -> bytes:
     return text.encode("ascii")
 
 
-def _opencv(size_px: tuple[int, int], matrices: Mapping[str, Array]) -> bytes:
+def _opencv(
+    size_px: tuple[int, int],
+    matrices: Mapping[str, Array],
+    serials: tuple[str, str] | None = None,
+) -> bytes:
     storage = cv2.FileStorage(".yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
     storage.write("image_width", size_px[0])
     storage.write("image_height", size_px[1])
+    for key, serial in zip(SERIALS, serials or (), strict=False):
+        storage.write(key, serial)
     for name, matrix in matrices.items():
         storage.write(name, np.ascontiguousarray(matrix))
     return storage.releaseAndGetString().encode("ascii")

@@ -55,7 +55,7 @@ def _take(camera: FlashStereoDevice, folder: Path, board: Board, enough: int) ->
             continue
         advice = guide.consider(found)
         if advice.keep:
-            _keep(folder, pair)
+            _keep(folder, pair, camera.serials)
         narrate(advice.text)
 
 
@@ -67,9 +67,12 @@ def _taken(camera: FlashStereoDevice, name: str) -> BoardPair:
     return BoardPair(name, pair.left, pair.right)
 
 
-def _keep(folder: Path, pair: BoardPair) -> None:
+def _keep(folder: Path, pair: BoardPair, serials: tuple[str, str]) -> None:
+    from fieldcam.exchange.head_file import FILE_NAME, encode_head
     from fieldcam.exchange.images import encode_png
     from fieldcam.store.durable import write_durably
 
+    if not (head := folder / FILE_NAME).exists():
+        write_durably(head, encode_head(serials))
     for eye, image in (("left", pair.left), ("right", pair.right)):
         write_durably(folder / f"{pair.name}_{eye}.png", encode_png(image))

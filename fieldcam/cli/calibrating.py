@@ -125,6 +125,7 @@ def _print_board(arguments: argparse.Namespace, board: Board) -> None:
 def _calibrate_folder(arguments: argparse.Namespace, board: Board) -> None:
     from fieldcam.calibration.calibrating import calibrate, look
     from fieldcam.exchange.board_pairs import read_pair_folder
+    from fieldcam.exchange.head_file import read_head
 
     if arguments.out is not None:
         _check_new(arguments.out)
@@ -132,13 +133,13 @@ def _calibrate_folder(arguments: argparse.Namespace, board: Board) -> None:
         from fieldcam.store.folder import data_path
 
         take_pairs(arguments.folder, board, arguments.views, data_path(arguments.data))
-    found = read_pair_folder(arguments.folder)
+    found, serials = read_pair_folder(arguments.folder), read_head(arguments.folder)
     for problem in found.problems:
         narrate(problem.text)
     out = arguments.out or _next_in_use(arguments)
     pairs = progress(_pairs(found), len(found.pairs))
     result = calibrate(board, look(board, pairs))
-    _write(out, result)
+    _write(out, result, serials)
     if arguments.out is None:
         narrate("The app uses it from now on.")
     _tell(arguments, result, out)
@@ -170,7 +171,7 @@ def _pairs(found: PairFolder) -> Iterator[BoardPair]:
         yield BoardPair(paths.name, *read_pair(paths.left, paths.right))
 
 
-def _write(out: Path, result: Calibrated) -> None:
+def _write(out: Path, result: Calibrated, serials: tuple[str, str] | None) -> None:
     from fieldcam.calibration.written import calibration_files
     from fieldcam.exchange.calibration_report import calibration_report
     from fieldcam.exchange.images import encode_png
@@ -179,7 +180,7 @@ def _write(out: Path, result: Calibrated) -> None:
 
     report = json.dumps(calibration_report(result), indent=1, allow_nan=False)
     files = {
-        **calibration_files(result.camera, result.rig),
+        **calibration_files(result.camera, result.rig, serials),
         REPORT_NAME: report.encode("ascii") + b"\n",
         PICTURE_NAME: encode_png(draw_coverage(result)),
     }

@@ -6,9 +6,10 @@ comes.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from fieldcam.calibration.documents import read_document
 from fieldcam.calibration.readers import load_camera
 from fieldcam.errors import CalibrationInvalid, FieldcamError, StorageError
 from fieldcam.store.calibrations import calibration_in_use
@@ -24,28 +25,52 @@ Version = tuple[Path, int, int]
 """A file's path, time of change in ns, and size."""
 
 
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What is known of the newest calibration."""
+
+    name: str | None = None
+    """Of the kept file; None where there is none that can be used."""
+    problem: str = ""
+    serials: tuple[str, str] | None = None
+    """Of the left and the right eye that it is of, where it says so."""
+
+
 class OwnCalibration:
     """The data folder's newest calibration, looked at anew for each picture; any thread may ask."""
 
     def __init__(self, store: Store) -> None:
         self._store = store
-        self._known: tuple[Version | None, str | None, str] = None, None, MISSING
+        self._version: Version | None = None
+        self._found = Found(problem=MISSING)
 
     @property
     def name(self) -> str | None:
         """Of the kept file; None where there is none that can be used."""
-        return self._look()[1]
+        return self._look().name
 
     @property
     def problem(self) -> str:
         """Why pictures wait; empty where they need not."""
-        return self._look()[2]
+        return self._look().problem
 
     @property
     def file(self) -> Path | None:
         """The kept file, which never changes."""
         name = self.name
         return None if name is None else self._store.objects.path(name)
+
+    def doubt(self, serials: tuple[str, str]) -> str:
+        """Why it may not fit the head whose left and right eye these are; empty where it does."""
+        own = self._look().serials
+        if own is None or own == serials:
+            return ""
+        if own == serials[::-1]:
+            return "Left and right were swapped since the camera was calibrated: do it again."
+        return (
+            f"The calibration is of another head, {' and '.join(own)}: sizes will be wrong"
+            " until `fieldcam calibrate` was run with this one."
+        )
 
     def completed(self, saved: SavedCapture) -> SavedCapture | None:
         """A picture that can be read: with its own calibration, else with this one."""
@@ -54,28 +79,27 @@ class OwnCalibration:
         file = self.file
         return None if file is None else replace(saved, calibration=file)
 
-    def _look(self) -> tuple[Version | None, str | None, str]:
+    def _look(self) -> Found:
         try:
-            return self._known_anew()
+            path = calibration_in_use(self._store.folder.path)
+            version = None if path is None else _version(path)
+            if version != self._version:
+                self._found = self._judged(path)
+                self._version = version
         except StorageError as error:
-            return None, None, _waiting(error)
+            return Found(problem=_waiting(error))
+        return self._found
 
-    def _known_anew(self) -> tuple[Version | None, str | None, str]:
-        path = calibration_in_use(self._store.folder.path)
-        version = None if path is None else _version(path)
-        if version != self._known[0]:
-            self._known = (version, *self._judged(path))
-        return self._known
-
-    def _judged(self, path: Path | None) -> tuple[str | None, str]:
+    def _judged(self, path: Path | None) -> Found:
         content = None if path is None else _read(path)
         if path is None or content is None:
-            return None, MISSING
+            return Found(problem=MISSING)
         try:
             load_camera(path)
+            serials = read_document(path).serials()
         except CalibrationInvalid as error:
-            return None, _waiting(error)
-        return self._store.keep_calibration(content), ""
+            return Found(problem=_waiting(error))
+        return Found(self._store.keep_calibration(content), serials=serials)
 
 
 def _waiting(error: FieldcamError) -> str:

@@ -130,12 +130,16 @@ class Shutter:
             camera.close()
             raise
         self._camera = camera
-        self._hear(None, CameraReady(self._missed, (*camera.notes, *self._uncalibrated())))
+        self._hear(
+            None, CameraReady(self._missed, (*camera.notes, *self._calibration_note(camera)))
+        )
         self._missed = ""
         return camera
 
-    def _uncalibrated(self) -> tuple[str, ...]:
-        problem = "" if self._calibration is None else self._calibration.problem
+    def _calibration_note(self, camera: FlashStereoDevice) -> tuple[str, ...]:
+        if self._calibration is None:
+            return ()
+        problem = self._calibration.problem or self._calibration.doubt(camera.serials)
         return (problem,) if problem else ()
 
     def _reopen(self) -> None:
