@@ -251,6 +251,25 @@ def test_what_is_no_answer_is_said(read: Callable[[str], object], text: str, sen
     assert str(found.value) == sentence
 
 
+def test_what_is_there_already_is_said_while_the_question_is_open(north: SetUp) -> None:
+    north.set_trees(10)
+
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.TREES)
+        await driven.type("4")
+        assert "The block has 10 trees already." in driven.text and "How many" in driven.text
+        await driven.type("12")
+        assert "The block has 12 trees." in driven.text and "How many" not in driven.text
+        await choose(driven, Subject.BLOCK)
+        await driven.press("end", "enter")
+        for text in ("North", "", "", "2026"):
+            await driven.type(text)
+        assert "There is a block North already" in driven.text and "Season" in driven.text
+
+    drive(SMALL, script, setup=north)
+
+
 def test_all_of_it_by_mouse(north: SetUp) -> None:
     async def script(driven: Driven) -> None:
         await driven.press("e")

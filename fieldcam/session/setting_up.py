@@ -135,8 +135,7 @@ class SetUp:
 
     def new_block(self, block: Block) -> str:
         """Make a block and walk it."""
-        if block_named(self._store.database, block.name) is not None:
-            raise NotNow(f"There is a block {block.name} already; choose it from the list.")
+        check_new_block(block.name, [each.name for each in blocks(self._store.database)])
         self.block, self.visit = self._store.block(block), None
         return f"Block {block.name} was made."
 
@@ -150,10 +149,7 @@ class SetUp:
         """The block has this many trees."""
         block = self._block()
         labels = set(trees(self._store.database, block).values())
-        if count < len(labels):
-            raise NotNow(f"The block has {number_of(len(labels), 'tree')} already.")
-        if count > MOST_TREES:
-            raise NotNow(f"A block has at most {MOST_TREES} trees.")
+        check_trees(count, len(labels))
         free = (str(n) for n in range(1, 2 * count + 1) if str(n) not in labels)
         new = [Tree(block, next(free)) for _ in range(count - len(labels))]
         self._store.append(*new)
@@ -218,6 +214,20 @@ class SetUp:
             sprays=sprays(database, block),
             planned=is_planned(database, block),
         )
+
+
+def check_new_block(name: str, known: Sequence[str]) -> None:
+    """Raise NotNow where a block among those that are known has this name."""
+    if name in known:
+        raise NotNow(f"There is a block {name} already; choose it from the list.")
+
+
+def check_trees(count: int, known: int) -> None:
+    """Raise NotNow where a block of so many known trees cannot have this many."""
+    if count < known:
+        raise NotNow(f"The block has {number_of(known, 'tree')} already.")
+    if count > MOST_TREES:
+        raise NotNow(f"A block has at most {MOST_TREES} trees.")
 
 
 def day_of(moment: Moment) -> date:

@@ -11,7 +11,14 @@ from textual.app import App
 from fieldcam.errors import BadInput, FieldcamError
 from fieldcam.exchange.route_table import read_route
 from fieldcam.session import events
-from fieldcam.session.setting_up import MOST_TREES, SetUp, SetUpState, TreeFacts
+from fieldcam.session.setting_up import (
+    MOST_TREES,
+    SetUp,
+    SetUpState,
+    TreeFacts,
+    check_new_block,
+    check_trees,
+)
 from fieldcam.store.orchard_rows import Block, Setting
 from fieldcam.store.rows import EntryId
 from fieldcam.tui import answers
@@ -96,7 +103,9 @@ class Questions:
 
     def trees(self) -> None:
         def change(count: str) -> Change:
-            return partial(self.setup.set_trees, answers.count(count, 1, MOST_TREES))
+            wanted = answers.count(count, 1, MOST_TREES)
+            check_trees(wanted, len(self.state.trees))
+            return partial(self.setup.set_trees, wanted)
 
         self._form("How many trees does the block have?", [Field("Trees")], change)
 
@@ -147,6 +156,7 @@ class Questions:
             answers.words(variety),
             answers.count(season, *SEASONS),
         )
+        check_new_block(block.name, self.state.blocks)
         return partial(self.setup.new_block, block)
 
     def _facts(self, orchard: str, variety: str, season: str, why: str) -> Change:
