@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from recorded_pairs import write_calibration
 from rendered_boards import Head, random_head
@@ -66,6 +66,8 @@ SERIAL = st.text(st.characters(min_codepoint=33, max_codepoint=126), min_size=1,
 
 @settings(max_examples=40)
 @given(left=SERIAL, right=SERIAL)
+@example(left="0", right="'")
+@example(left='"', right="\\")
 def test_the_heads_serial_numbers_are_read_back(
     tmp_path_factory: pytest.TempPathFactory, left: str, right: str
 ) -> None:
@@ -75,6 +77,9 @@ def test_the_heads_serial_numbers_are_read_back(
     path.write_bytes(files["calibration.yml"])
     assert read_document(path).serials() == (left, right)
     assert isinstance(load_camera(path), StereoRig)
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
+    assert storage.getNode("right_serial").string() == right
+    assert storage.getNode("P2").mat().shape == (3, 4)
 
 
 @settings(max_examples=20)

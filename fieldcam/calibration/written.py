@@ -7,6 +7,7 @@ as it lies beside captures. Lengths are in metres, as in all of these by custom.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 
 import cv2
@@ -82,8 +83,8 @@ def _opencv(
     storage = cv2.FileStorage(".yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
     storage.write("image_width", size_px[0])
     storage.write("image_height", size_px[1])
-    for key, serial in zip(SERIALS, serials or (), strict=False):
-        storage.write(key, serial)
     for name, matrix in matrices.items():
         storage.write(name, np.ascontiguousarray(matrix))
-    return storage.releaseAndGetString().encode("ascii")
+    # OpenCV escapes an apostrophe, which YAML does not know.
+    named = "".join(f"{k}: {json.dumps(v)}\n" for k, v in zip(SERIALS, serials or (), strict=False))
+    return (storage.releaseAndGetString() + named).encode("ascii")
