@@ -1,0 +1,1 @@
+"""Camera against calipers: the tables of the paper's "Experiments". Pure."""
