@@ -66,14 +66,14 @@ $(VENV)/.created:
 	touch $@
 
 $(VENV)/.demo-ready: pyproject.toml constraints.txt | $(VENV)/.created
-	$(INSTALL) '.[simulator]'
+	$(INSTALL) '.[simulator,report]'
 	touch $@
 
 $(VENV)/.test-ready: pyproject.toml constraints.txt | $(VENV)/.created
-	$(INSTALL) '.[simulator,serve,test]'
+	$(INSTALL) '.[simulator,serve,report,test]'
 	touch $@ $(VENV)/.demo-ready
 
 $(VENV)/.export-ready: pyproject.toml constraints.txt | $(VENV)/.created
 	@echo "The export extra brings PyTorch: about 5 GB." >&2
-	$(INSTALL) '.[simulator,serve,test,export]'
+	$(INSTALL) '.[simulator,serve,report,test,export]'
 	touch $@ $(VENV)/.test-ready $(VENV)/.demo-ready

@@ -19,6 +19,7 @@ OWNERS = {
     "onnxruntime": ("vision",),
     "pupil_apriltags": ("vision",),
     "embreex": ("simulator",),
+    "matplotlib": ("report",),
     "torch": (),
     "torchvision": (),
     "export": (),
@@ -68,6 +69,7 @@ HEAVY = (
     "textual",
     "embreex",
     "aiohttp",
+    "matplotlib",
 )
 
 
