@@ -12,8 +12,9 @@ DEMO_ARGS ?=
 PYTEST_ARGS ?=
 TORTURE_ARGS ?=
 MEASURE_ARGS ?=
+COVERAGE_ARGS ?=
 
-.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture soak measure sweep-calibrations clean
+.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture soak measure sweep-calibrations coverage clean
 
 demo: $(VENV)/.demo-ready
 	$(BIN)/fieldcam demo $(DEMO_ARGS)
@@ -53,6 +54,9 @@ measure: $(VENV)/.test-ready
 
 sweep-calibrations: $(VENV)/.test-ready
 	PYTHONPATH=tests $(BIN)/python -m sweep_calibrations
+
+coverage: $(VENV)/.test-ready
+	PYTHONPATH=tests $(BIN)/python -m growth_coverage $(COVERAGE_ARGS)
 
 clean:
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

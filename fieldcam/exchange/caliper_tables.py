@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 import zipfile
+import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.etree.ElementTree import ParseError
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.caliper_cells import is_day
@@ -20,6 +22,18 @@ if TYPE_CHECKING:
     from openpyxl.worksheet.worksheet import Worksheet
 
 WORKBOOKS = (".xlsx", ".xlsm")
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    ParseError,
+    EOFError,
+    NotImplementedError,
+    AttributeError,
+    LookupError,
+    TypeError,
+    ValueError,
+)
+"""What openpyxl, and the modules that it reads with, raise for a damaged workbook."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +93,7 @@ def workbook_tables(path: Path) -> tuple[list[Table], list[str]]:
         raise BadInput(f"There is no file {path}.") from error
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}.") from error
-    except (InvalidFileException, zipfile.BadZipFile, KeyError, ValueError, TypeError) as error:
+    except (InvalidFileException, *_DAMAGED) as error:
         raise BadInput(f"{path.name} is no workbook that can be read.") from error
 
 

@@ -78,7 +78,7 @@ def interval90(values: Floats, forecast: float) -> Interval:
     first = min(below, _OUTSIDE / 2) if below < above else max(_OUTSIDE - above, _OUTSIDE / 2)
     # Ends that were drawn: a share of so many fruitlets has no values in between.
     low = np.quantile(values, first, method="lower")
-    high = np.quantile(values, first + 1.0 - _OUTSIDE, method="higher")
+    high = np.quantile(values, min(first + 1.0 - _OUTSIDE, 1.0), method="higher")
     return min(float(low), forecast), max(float(high), forecast)
 
 

@@ -1,0 +1,106 @@
+"""`fieldcam growth` from a caliper table: the document, the text, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from called_commands import Capture, assert_one_sentence, run
+from planned_blocks import Measuring, measured_block
+
+from fieldcam.errors import ExitCode
+from fieldcam.exchange.calipers import wide_table
+from fieldcam.growth.records import Source
+from fieldcam.simulator.plan import Block
+
+BINDING = (
+    "block",
+    "from",
+    "to",
+    "days",
+    "reference",
+    "cutoff_mm_per_day",
+    "initial",
+    "persist",
+    "abscise",
+    "fallen",
+    "not_seen",
+    "set_pct_of_initial",
+    "interval90_pct",
+    "warnings",
+    "fruitlets",
+)
+
+
+@pytest.fixture
+def calipers(tmp_path: Path) -> Path:
+    path = tmp_path / "gala.csv"
+    record = measured_block(Block.plan(61, 60), Measuring(Source.CALIPERS, (0, 4, 8)), 61)
+    path.write_text(wide_table(record))
+    return path
+
+
+def test_the_document_holds_what_scripts_rely_on(capsys: Capture, calipers: Path) -> None:
+    code, out, _ = run(capsys, "growth", "--calipers", str(calipers), "--json")
+    found = json.loads(out)
+    assert code == ExitCode.OK
+    assert tuple(key for key in found if key in BINDING) == BINDING
+    assert (found["from"], found["to"], found["days"]) == ("2026-05-14", "2026-05-18", 4)
+    assert found["reference"]["n"] == 20
+    assert found["cutoff_mm_per_day"] == found["reference"]["rate_mm_per_day"] / 2
+    assert found["initial"] == found["persist"] + found["abscise"] + found["not_seen"]
+    assert found["set_pct_of_initial"] == pytest.approx(
+        100 * found["persist"] / (found["initial"] - found["not_seen"])
+    )
+    low, high = found["interval90_pct"]
+    assert low <= found["set_pct_of_initial"] <= high
+    for each in found["fruitlets"]:
+        if each["state"] in ("persist", "abscise"):
+            faster = each["rate_mm_per_day"] > found["cutoff_mm_per_day"]
+            assert faster is (each["state"] == "persist")
+            assert {"2026-05-14", "2026-05-18"} <= set(each["sizes_mm"])
+
+
+def test_visits_may_be_named(capsys: Capture, calipers: Path) -> None:
+    days = ("--from", "2026-05-10", "--to", "2026-05-18")
+    _, out, _ = run(capsys, "growth", "--calipers", str(calipers), "--json", *days)
+    assert json.loads(out)["days"] == 8
+
+
+def test_the_text_begins_with_what_it_means(capsys: Capture, calipers: Path) -> None:
+    plan = ("--bloom-clusters", "200", "--target", "60", "--sprayed", "2026-05-12")
+    code, out, _ = run(capsys, "growth", "--calipers", str(calipers), *plan)
+    lines = out.splitlines()
+    assert code == ExitCode.OK
+    assert lines[0].startswith("Block gala, 2026-05-14 to 2026-05-18: ")
+    assert "more than the target of 60: thin again" in lines[1]
+    assert [line for line in lines if "The last spray was 6 days before" in line]
+    assert len(lines[lines.index("Clusters, those that count most first:") :]) == 62
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--from", "2026-05-11"),
+        ("--from", "2026-05-18", "--to", "2026-05-10"),
+        ("--from", "May"),
+        ("--dates", "2026-05-10,2026-05-14"),
+        ("--dates", ","),
+        ("--target", "60"),
+        ("--bloom-clusters", "-1"),
+    ],
+)
+def test_what_does_not_fit_ends_in_one_sentence(
+    capsys: Capture, calipers: Path, arguments: tuple[str, ...]
+) -> None:
+    code, out, err = run(capsys, "growth", "--calipers", str(calipers), *arguments)
+    assert_one_sentence(code, out, err, ExitCode.BAD_INPUT)
+
+
+def test_one_visit_is_not_enough(capsys: Capture, tmp_path: Path) -> None:
+    path = tmp_path / "gala.csv"
+    path.write_text("date,cluster,fruit,diameter_mm\n2026-05-10,1,1,8.0\n")
+    code, _, err = run(capsys, "growth", "--calipers", str(path))
+    assert code == ExitCode.BAD_INPUT
+    assert "Block gala has only the visit of 2026-05-10; growth needs two." in err

@@ -1,0 +1,97 @@
+"""The intervals hold the truth as often as they say, and the reference is not too fast."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from growth_coverage import Case, coverage, trial
+from made_records import fast_ones, made_block, made_fruitlet, on
+from planned_blocks import Measuring, day_date, measured_block
+
+from fieldcam.growth.forecast import forecast
+from fieldcam.growth.records import Source
+from fieldcam.growth.resampling import interval90
+from fieldcam.simulator.plan import Block
+
+
+@pytest.mark.parametrize("source", Source)
+def test_equal_sizes_give_equal_intervals(source: Source) -> None:
+    block = measured_block(Block.plan(51, 40), Measuring(source, (0, 4)), 51)
+    one, other = (forecast(block, day_date(0), day_date(4)) for _ in range(2))
+    assert one.interval90_pct == other.interval90_pct
+    assert one.interval90_trees_pct == other.interval90_trees_pct
+
+
+@pytest.mark.parametrize("seed", range(52, 56))
+def test_what_holds_for_all_trees_is_less_certain(seed: int) -> None:
+    block = measured_block(Block.plan(seed, 70), Measuring(Source.CAMERA, (0, 4)), seed)
+    found = forecast(block, day_date(0), day_date(4))
+    (low, high), (lowest, highest) = found.interval90_pct, found.interval90_trees_pct
+    assert low <= found.set_pct <= high
+    assert lowest <= found.set_pct <= highest
+    assert highest - lowest > high - low > 0.5
+
+
+def test_the_noise_does_not_push_the_reference_up() -> None:
+    """Two days apart the errors of the rates are nearly as large as their spread."""
+    measured, corrected = np.mean([errors_of_reference(seed) for seed in range(57, 63)], axis=0)
+    assert measured > 0.1
+    assert abs(corrected) < 0.03
+
+
+def errors_of_reference(seed: int) -> tuple[float, float]:
+    """As measured and corrected, mm/day."""
+    rng = np.random.default_rng(seed)
+    rates = rng.normal(0.6, 0.2, 300)
+    sizes = 9.0 + np.stack([0 * rates, 2 * rates]) + rng.normal(0.0, 0.25, (2, 300))
+    block = made_block(
+        [
+            made_fruitlet(i // 5, str(i), {0: float(before), 2: float(after)})
+            for i, (before, after) in enumerate(sizes.T)
+        ],
+        Source.CAMERA,
+    )
+    reference = forecast(block, on(0), on(2)).reference
+    assert reference.rate_mm_per_day == reference.corrected_mm_per_day
+    true = float(np.sort(rates)[-20:].mean())
+    return reference.measured_mm_per_day - true, reference.corrected_mm_per_day - true
+
+
+def test_calipers_keep_the_reference_of_spreadsheets() -> None:
+    block = measured_block(Block.plan(58, 70), Measuring(Source.CALIPERS, (0, 4)), 58)
+    reference = forecast(block, day_date(0), day_date(4)).reference
+    assert reference.rate_mm_per_day == reference.measured_mm_per_day
+    assert reference.corrected_mm_per_day < reference.measured_mm_per_day
+
+
+@pytest.mark.parametrize("source", Source)
+def test_equal_rates_leave_nothing_open(source: Source) -> None:
+    found = forecast(made_block(fast_ones(30), source), on(0), on(4))
+    assert found.interval90_pct == (100.0, 100.0)
+    assert found.reference.corrected_mm_per_day == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("forecast_value", [-10.0, 0.0, 3.0, 50.0, 97.0, 100.0, 200.0])
+def test_an_interval_holds_the_forecast_and_nine_of_ten_values(forecast_value: float) -> None:
+    values = np.linspace(0.0, 100.0, 201)
+    low, high = interval90(values, forecast_value)
+    assert low <= forecast_value <= high
+    inside = (low <= values) & (values <= high)
+    assert 0.9 <= inside.mean() <= 0.93
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "case",
+    [
+        Case(Source.CAMERA, 70, 0, 4),
+        Case(Source.CAMERA, 35, 4, 8),
+        Case(Source.CALIPERS, 70, 2, 6),
+    ],
+    ids=str,
+)
+def test_nine_of_ten_intervals_hold_the_truth(case: Case) -> None:
+    """With 250 blocks a coverage of 90 % is measured as 85 to 95 % nearly always."""
+    found = coverage([trial(case, seed) for seed in range(8_500_000, 8_500_250)])
+    assert 85.0 <= found.tagged_pct <= 95.0
+    assert 85.0 <= found.trees_pct <= 95.0

@@ -1,0 +1,108 @@
+"""What a grower is told to doubt."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from made_records import FALLEN, NOT_SEEN, fast_ones, made_block, made_fruitlet, on
+
+from fieldcam.growth.forecast import forecast
+from fieldcam.growth.records import BlockRecord, FruitletRecord
+from fieldcam.growth.warnings import warnings_about
+
+
+def many_clusters(first_mm: float = 8.0, rate: float = 0.8, days: int = 4) -> list[FruitletRecord]:
+    """50 clusters of two fruitlets, visited three times."""
+    return [
+        made_fruitlet(
+            tag,
+            name,
+            {
+                0: first_mm,
+                days: first_mm + rate * days,
+                2 * days: first_mm + 2 * rate * days,
+            },
+        )
+        for tag in range(1, 51)
+        for name in "ab"
+    ]
+
+
+def codes(block: BlockRecord, start: int, end: int) -> set[str]:
+    return {warning.code for warning in warnings_about(forecast(block, on(start), on(end)))}
+
+
+def test_nothing_is_said_about_a_good_block() -> None:
+    assert codes(made_block(many_clusters()), 4, 8) == set()
+
+
+@pytest.mark.parametrize(
+    ("block", "start", "end", "code"),
+    [
+        (made_block(many_clusters()), 0, 4, "first_interval"),
+        (made_block(many_clusters(days=2)), 2, 4, "short_interval"),
+        (made_block(many_clusters(first_mm=2.0)), 4, 8, "small_fruitlets"),
+        (made_block(many_clusters()[:98]), 4, 8, "few_clusters"),
+        (made_block(many_clusters()[:19]), 4, 8, "few_fruitlets"),
+        (made_block(many_clusters(rate=0.2)), 4, 8, "odd_reference"),
+        (made_block(many_clusters(rate=1.6)), 4, 8, "odd_reference"),
+    ],
+)
+def test_each_doubt_has_its_code(block: BlockRecord, start: int, end: int, code: str) -> None:
+    assert code in codes(block, start, end)
+
+
+@pytest.mark.parametrize(("hidden", "said"), [(11, False), (12, True)])
+def test_more_than_a_tenth_not_seen(hidden: int, said: bool) -> None:
+    lost = [made_fruitlet(60, str(i), {0: 8.0, 4: 11.0, 8: NOT_SEEN}) for i in range(hidden)]
+    block = made_block([*many_clusters(), *lost])
+    assert ("many_not_seen" in codes(block, 4, 8)) is said
+
+
+@pytest.mark.parametrize(("end_mm", "said"), [(6.9, True), (7.1, False), (21.5, True)])
+def test_growth_that_no_fruitlet_has(end_mm: float, said: bool) -> None:
+    odd = made_fruitlet(1, "odd", {0: 8.0, 4: 11.0, 8: end_mm})
+    assert ("odd_growth" in codes(made_block([*many_clusters(), odd]), 4, 8)) is said
+
+
+def test_a_visit_with_half_the_clusters_is_said() -> None:
+    half = [
+        replace(each, sightings={d: s for d, s in each.sightings.items() if d != on(8)})
+        if each.tag_id > 25
+        else each
+        for each in many_clusters()
+    ]
+    found = forecast(made_block(half), on(4), on(8))
+    texts = {warning.code: warning.text for warning in warnings_about(found)}
+    assert "25 on 2026-05-18" in texts["clusters_missed"]
+    assert "50 of 100 fruitlets were not seen" in texts["many_not_seen"]
+
+
+def test_a_cluster_whose_fruitlets_shrank_may_be_another_one() -> None:
+    swapped = [made_fruitlet(60, name, {0: 12.0, 4: 15.0, 8: 11.0}) for name in "abc"]
+    assert "mixed_up_clusters" in codes(made_block([*many_clusters(), *swapped]), 4, 8)
+    one = [made_fruitlet(60, name, {0: 8.0, 4: 11.0, 8: 14.0}) for name in "ab"]
+    assert "mixed_up_clusters" not in codes(
+        made_block([*many_clusters(), *one, *swapped[:1]]), 4, 8
+    )
+
+
+@pytest.mark.parametrize(
+    ("days", "said"), [((), False), ((-2,), False), ((0,), True), ((9,), False)]
+)
+def test_too_soon_after_a_spray(days: tuple[int, ...], said: bool) -> None:
+    found = forecast(made_block(many_clusters()), on(4), on(8))
+    told = {each.code for each in warnings_about(found, sprays=[on(day) for day in days])}
+    assert ("soon_after_spray" in told) is said
+
+
+@pytest.mark.parametrize(("fallen", "said"), [(3, False), (4, True)])
+def test_a_size_order_forecast_that_is_far_away(fallen: int, said: bool) -> None:
+    block = made_block(fast_ones(100))
+    other = [
+        made_fruitlet(1, str(i), {0: 8.0, 4: FALLEN if i < fallen else 12.0}) for i in range(100)
+    ]
+    one, by_size = (forecast(b, on(0), on(4)) for b in (block, made_block(other)))
+    told = {warning.code for warning in warnings_about(one, by_size_order=by_size)}
+    assert ("size_order_differs" in told) is said
