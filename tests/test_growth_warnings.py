@@ -45,6 +45,12 @@ def test_nothing_is_said_about_a_good_block() -> None:
         (made_block(many_clusters(first_mm=2.0)), 4, 8, "small_fruitlets"),
         (made_block(many_clusters()[:98]), 4, 8, "few_clusters"),
         (made_block(many_clusters()[:19]), 4, 8, "few_fruitlets"),
+        (
+            made_block([*many_clusters(), made_fruitlet(60, "a", {4: 8.0, 8: 11.0})]),
+            4,
+            8,
+            "clusters_added",
+        ),
         (made_block(many_clusters(rate=0.2)), 4, 8, "odd_reference"),
         (made_block(many_clusters(rate=1.6)), 4, 8, "odd_reference"),
     ],

@@ -126,6 +126,16 @@ def _clusters_missed(found: Forecast) -> str | None:
     )
 
 
+def _clusters_added(found: Forecast) -> str | None:
+    added = (found.start.clusters | found.end.clusters) - visits_of(found.block)[0].clusters
+    if not added:
+        return None
+    return (
+        f"{number_of(len(added), 'cluster')} were not measured on the first visit; their"
+        " fruitlets count as new and are left out."
+    )
+
+
 def _odd_reference(found: Forecast) -> str | None:
     low, high = REFERENCE_MM_PER_DAY
     rate = found.reference.rate_mm_per_day
@@ -211,6 +221,7 @@ _CHECKS: dict[str, Check] = {
     "few_fruitlets": _few_fruitlets,
     "many_not_seen": _many_not_seen,
     "clusters_missed": _clusters_missed,
+    "clusters_added": _clusters_added,
     "odd_reference": _odd_reference,
     "odd_growth": _odd_growth,
     "mixed_up_clusters": _mixed_up_clusters,
