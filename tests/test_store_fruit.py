@@ -15,7 +15,7 @@ from stored_walks import FIRST_DAY, MadeWalk, small_store
 
 from fieldcam.growth.places import Place
 from fieldcam.growth.places import Word as Match
-from fieldcam.session.growing import followed_cluster, followed_clusters, word_row
+from fieldcam.session.growing import block_rows, cluster_rows, followed_cluster, word_row
 from fieldcam.store.calipers import (
     MeasuredTwice,
     caliper_sizes,
@@ -248,15 +248,17 @@ def test_a_cluster_is_followed_with_its_words(walk: MadeWalk) -> None:
     a, b = (reading_of(walk, capture) for capture in captures)
     words = (Match(Place(a, 0), Place(b, 1)), Match(Place(b, 3), None, a))
     walk.store.append(*(word_row(word) for word in words))
-    followed = followed_cluster(walk.store.database, walk.block, 11)
+    database = walk.store.database
+    rows_11 = cluster_rows(database, walk.block, 11)
+    followed = followed_cluster(database, rows_11)
     assert followed.words == words
     assert [[view.id for view in visit.views] for visit in followed.visits] == [[a], [b]]
     assert len(followed.visits[1].views[0].reading.target) == 4
-    tags = [each.tag_id for each in followed_clusters(walk.store.database, walk.block)]
-    assert tags == [11, 12]
-    assert followed_cluster(walk.store.database, walk.block, 22).visits == ()
+    assert block_rows(database, walk.block) == (rows_11, cluster_rows(database, walk.block, 12))
+    assert cluster_rows(database, walk.block, 22).visits == ()
     walk.read(captures[1], 11)
-    assert followed_cluster(walk.store.database, walk.block, 11).words == ()
+    again = cluster_rows(database, walk.block, 11)
+    assert again != rows_11 and again.words == ()
 
 
 def test_words_on_fruit_are_among_what_was_said(walk: MadeWalk) -> None:

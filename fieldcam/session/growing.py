@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -15,30 +15,47 @@ from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
 
 
+@dataclass(frozen=True, slots=True)
+class ClusterRows:
+    """What the rows say of one cluster; equal as long as nothing of it has changed."""
+
+    tag_id: int
+    visits: tuple[CountedVisit, ...]
+    """The earliest first; none where nothing of it was accepted or marked."""
+    words: tuple[AssociationWord, ...]
+    """The operator's, the oldest first."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FollowedCluster:
     """What there is to follow the fruitlets of one cluster by."""
 
     tag_id: int
     visits: tuple[ClusterVisit, ...]
-    """The earliest first."""
     words: tuple[Word, ...]
-    """The operator's, the oldest first."""
 
 
-def followed_cluster(database: Database, block: EntryId, tag_id: int) -> FollowedCluster:
-    """One cluster; without visits where nothing of it was accepted or marked."""
-    return _followed(database, tag_id, counted_visits(database, block, tag_id))
+def cluster_rows(database: Database, block: EntryId, tag_id: int) -> ClusterRows:
+    """One cluster."""
+    return _with_words(database, tag_id, counted_visits(database, block, tag_id))
 
 
-def followed_clusters(database: Database, block: EntryId) -> Iterator[FollowedCluster]:
-    """All clusters of a block of which something was accepted or marked, one at a time.
-
-    Readings take room, so that a block is not to be held as a whole.
-    """
+def block_rows(database: Database, block: EntryId) -> tuple[ClusterRows, ...]:
+    """All clusters of a block of which something was accepted or marked, by tag."""
     visits = counted_visits(database, block)
-    for tag_id, counted in groupby(visits, key=lambda visit: visit.tag_id):
-        yield _followed(database, tag_id, tuple(counted))
+    return tuple(
+        _with_words(database, tag_id, tuple(counted))
+        for tag_id, counted in groupby(visits, key=lambda visit: visit.tag_id)
+    )
+
+
+def followed_cluster(database: Database, rows: ClusterRows) -> FollowedCluster:
+    """With its readings: they take room, so that a block is not to be held as a whole."""
+    return FollowedCluster(
+        rows.tag_id,
+        tuple(_visit(database, visit) for visit in rows.visits),
+        tuple(_word(row) for row in rows.words),
+    )
 
 
 def tracks_of(
@@ -62,13 +79,9 @@ def word_row(word: Word) -> AssociationWord:
     return AssociationWord(word.one.reading, word.one.fruitlet, word.not_in)
 
 
-def _followed(database: Database, tag_id: int, counted: Sequence[CountedVisit]) -> FollowedCluster:
-    readings = [picture.reading for visit in counted for picture in visit.pictures]
-    return FollowedCluster(
-        tag_id,
-        tuple(_visit(database, visit) for visit in counted),
-        tuple(_word(row) for row in association_words(database, readings)),
-    )
+def _with_words(database: Database, tag_id: int, visits: Sequence[CountedVisit]) -> ClusterRows:
+    readings = [picture.reading for visit in visits for picture in visit.pictures]
+    return ClusterRows(tag_id, tuple(visits), association_words(database, readings))
 
 
 def _visit(database: Database, visit: CountedVisit) -> ClusterVisit:

@@ -12,11 +12,9 @@ from textual.widgets import Static
 
 from fieldcam.growth.places import Place, Track
 from fieldcam.session.commands import Walk
-from fieldcam.session.growing import followed_cluster, tracks_of
+from fieldcam.session.growing import ClusterRows, cluster_rows, followed_cluster, tracks_of
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import shown_picture
-from fieldcam.store.counted import CountedVisit, association_words, counted_visits
-from fieldcam.store.fruit_rows import AssociationWord
 from fieldcam.store.history import capture_record
 from fieldcam.store.objects import Objects
 from fieldcam.store.rows import EntryId
@@ -35,15 +33,14 @@ HINT = "1-9: the chosen one (>) is this one on the other side; 0: it is not ther
 NOTHING = "These two are not one of each picture."
 TALL = 36
 """Rows of the window from which on the table gets more room."""
-Facts = tuple[tuple[CountedVisit, ...], tuple[AssociationWord, ...]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Followed:
     """A cluster's accepted pictures, and its fruitlets over them."""
 
-    facts: Facts
-    """The rows that it was made of."""
+    rows: ClusterRows
+    """What it was made of."""
     groups: tuple[tuple[Pair, ...], ...]
     """For each two visits on end the pairs of their pictures."""
     tracks: tuple[Track, ...]
@@ -195,15 +192,13 @@ def _followed(
     database: Database, objects: Objects, block: EntryId, tag_id: int, before: Followed | None
 ) -> Followed:
     """Read and followed anew only where its rows have changed."""
-    counted = counted_visits(database, block, tag_id)
-    readings = [picture.reading for visit in counted for picture in visit.pictures]
-    facts = counted, association_words(database, readings)
-    if before is not None and before.facts == facts:
+    rows = cluster_rows(database, block, tag_id)
+    if before is not None and before.rows == rows:
         return before
-    cluster = followed_cluster(database, block, tag_id)
+    cluster = followed_cluster(database, rows)
     whole = {view.id: view.reading for visit in cluster.visits for view in visit.views}
     days = []
-    for visit in counted:
+    for visit in rows.visits:
         records = [capture_record(database, picture.capture) for picture in visit.pictures]
         days.append(
             [
@@ -212,4 +207,4 @@ def _followed(
                 if record is not None and record.reading is not None and record.reading.id in whole
             ]
         )
-    return Followed(facts, pairs_of([day for day in days if day]), tracks_of(cluster))
+    return Followed(rows, pairs_of([day for day in days if day]), tracks_of(cluster))
