@@ -1,0 +1,231 @@
+"""A block's forecast as a page that a grower can print and keep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import date
+
+from fieldcam.growth.crop import CropForecast, Verdict
+from fieldcam.growth.forecast import Forecast, FruitletForecast, State
+from fieldcam.growth.influence import ClusterInfluence, influences
+from fieldcam.growth.records import Source
+from fieldcam.growth.reference import FASTEST, PERSISTS_ABOVE
+from fieldcam.growth.resampling import Interval
+from fieldcam.growth.warnings import Warning
+from fieldcam.report.growth_plots import rate_histogram, trend_plot
+from fieldcam.report.page import (
+    Html,
+    element,
+    escaped,
+    figure,
+    listing,
+    page,
+    picture,
+    section,
+    table,
+)
+from fieldcam.words import number_of
+
+PNG = b"\x89PNG"
+"""How such a file begins; all other pictures are JPEG."""
+VERDICTS = {
+    Verdict.TOO_MANY: ("more than the target of {target:g}: thin again", "bad"),
+    Verdict.ON_TARGET: ("the target of {target:g} is within reach", "good"),
+    Verdict.TOO_FEW: ("fewer than the target of {target:g}: do not thin any more", "bad"),
+}
+STATES = {
+    State.PERSIST: "stays",
+    State.ABSCISE: "will fall",
+    State.FALLEN: "has fallen",
+    State.NOT_SEEN: "not seen",
+    State.NEW: "new, not counted",
+    State.IGNORED: "left out",
+}
+MEASURED_BY = {Source.CAMERA: "camera", Source.CALIPERS: "calipers"}
+
+
+@dataclass(frozen=True, slots=True)
+class GrowthStory:
+    """All that is told of a block."""
+
+    found: Forecast
+    trend: Sequence[Forecast]
+    warnings: Sequence[Warning] = ()
+    crop: CropForecast | None = None
+    notes: Sequence[str] = ()
+    """What was assumed."""
+    sprays: Sequence[date] = ()
+    by_size_order: Forecast | None = None
+    """The same forecast with fruitlets matched by size order alone."""
+    thumbnails: Mapping[int, bytes] = field(default_factory=dict)
+    """A picture of each cluster (JPEG or PNG) by its tag, as far as there are any."""
+    simulated: bool = False
+
+
+def growth_page(story: GrowthStory) -> str:
+    """The verdict first, then what it rests on, then how it was found."""
+    found = story.found
+    title = f"Fruit set of {found.block.name}"
+    parts = [
+        element("h1", title),
+        element("p", _occasion(found), "quiet"),
+        _verdict(story),
+        listing([each.text for each in story.warnings], "warnings"),
+        section("The count", _counts(story)),
+        _trend_section(story),
+        _rate_section(found),
+        _cluster_section(story),
+        section("Method", listing([*_method(found), *story.notes])),
+    ]
+    return page(title, parts, story.simulated)
+
+
+def _occasion(found: Forecast) -> str:
+    clusters = len({each.fruitlet.tag_id for each in found.fruitlets})
+    return (
+        f"Growth from {_day(found.start.first)} to {_day(found.end.first)} ({found.days:g} days),"
+        f" measured by {MEASURED_BY[found.block.source]}; {number_of(clusters, 'cluster')},"
+        f" {number_of(found.counts.initial, 'fruitlet')} on the first visit."
+    )
+
+
+def _verdict(story: GrowthStory) -> Html:
+    found, crop = story.found, story.crop
+    of_first = (
+        f"{found.set_pct:.0f} % of the first fruitlets will stay"
+        f" (90 % interval {_span(found.interval90_trees_pct)} %)"
+    )
+    if crop is None:
+        return element("p", f"{of_first}.", "verdict open")
+    fruit = f"{crop.fruit:.0f} fruit per tree (90 % interval {_span(crop.interval90_fruit)})"
+    if crop.verdict is None or crop.plan.target_fruit is None:
+        return element("p", f"{fruit}: {of_first}.", "verdict open")
+    words, kind = VERDICTS[crop.verdict]
+    text = f"{fruit}, {words.format(target=crop.plan.target_fruit)}. {of_first}."
+    return element("p", text, f"verdict {kind}")
+
+
+def _counts(story: GrowthStory) -> Html:
+    found = story.found
+    counts, reference = found.counts, found.reference
+    rows = [
+        ["Fruitlets on the first visit", str(counts.initial)],
+        ["of these, stay", str(counts.persist)],
+        ["of these, fall", f"{counts.abscise} ({counts.fallen} have fallen)"],
+        ["of these, not seen again and left out", str(counts.not_seen)],
+        ["Set of the tagged clusters", f"{found.set_pct:.1f} % ({_span(found.interval90_pct)} %)"],
+        ["Set of all trees like them", f"{_span(found.interval90_trees_pct)} %"],
+        [f"Reference, the {reference.n} fastest", f"{reference.rate_mm_per_day:.2f} mm/day"],
+        ["Cutoff", f"{reference.cutoff_mm_per_day:.2f} mm/day"],
+    ]
+    if story.by_size_order is not None:
+        rows.append(["Set if matched by size order", f"{story.by_size_order.set_pct:.1f} %"])
+    if story.crop is not None:
+        plan = story.crop.plan
+        rows.append(["Flower clusters of a tree", f"{plan.bloom_clusters:g}"])
+    return table(["", ""], rows, "<>")
+
+
+def _trend_section(story: GrowthStory) -> Html:
+    if len(story.trend) < 2:
+        text = "There is one forecast so far; a third visit will show whether it holds."
+        return section("From visit to visit", element("p", text))
+    plan = None if story.crop is None else story.crop.plan
+    drawn = trend_plot(story.trend, story.sprays, plan)
+    caption = "Each visit's forecast with its 90 % interval for all trees like the tagged ones."
+    return section("From visit to visit", figure(drawn, caption))
+
+
+def _rate_section(found: Forecast) -> Html:
+    caption = (
+        f"Who grows more than the cutoff stays. {found.counts.fallen} that have fallen and"
+        f" {found.counts.not_seen} not seen again have no rate."
+    )
+    return section("Growth rates", figure(rate_histogram(found), caption))
+
+
+def _cluster_section(story: GrowthStory) -> Html:
+    by_tag: dict[int, list[FruitletForecast]] = {}
+    for each in story.found.fruitlets:
+        by_tag.setdefault(each.fruitlet.tag_id, []).append(each)
+    rows = [
+        _cluster_row(cluster, by_tag[cluster.tag_id], story) for cluster in influences(story.found)
+    ]
+    head = ["Cluster", "Fruitlets", "Stay", "Fall", "Not seen", "Points"]
+    about = (
+        "Those that count most first. Points: by how much the block's set is higher with the"
+        " cluster than without it."
+    )
+    columns = "<<>>>>"
+    if story.thumbnails:
+        head, columns = ["", *head], f"<{columns}"
+    return section("Clusters", element("p", about, "quiet"), table(head, rows, columns))
+
+
+def _cluster_row(
+    cluster: ClusterInfluence, fruitlets: Sequence[FruitletForecast], story: GrowthStory
+) -> list[str]:
+    name = [f"tag {cluster.tag_id}", *([] if cluster.tree is None else [f"tree {cluster.tree}"])]
+    row = [
+        _lines(name),
+        _lines(_fruitlet(each, story.found) for each in fruitlets),
+        str(cluster.counts.persist),
+        str(cluster.counts.abscise),
+        str(cluster.counts.not_seen),
+        f"{cluster.influence_points:+.1f}".replace("-", "\N{MINUS SIGN}"),
+    ]
+    if not story.thumbnails:
+        return row
+    data = story.thumbnails.get(cluster.tag_id)
+    return ["" if data is None else _picture(data, f"The cluster at {name[0]}"), *row]
+
+
+def _fruitlet(each: FruitletForecast, found: Forecast) -> str:
+    sizes = (_size(each, visit.days) for visit in (found.start, found.end))
+    grown = " \N{RIGHTWARDS ARROW} ".join(sizes)
+    return f"{each.fruitlet.fruitlet}: {grown} {STATES[each.state]}"
+
+
+def _lines(lines: Iterable[str]) -> Html:
+    return Html("<br>".join(map(escaped, lines)))
+
+
+def _size(each: FruitletForecast, days: Sequence[date]) -> str:
+    sizes = each.sizes_mm
+    last = next((sizes[day] for day in reversed(days) if day in sizes), None)
+    return "\N{EN DASH}" if last is None else f"{last:.1f}"
+
+
+def _picture(data: bytes, says: str) -> Html:
+    return picture(data, "image/png" if data.startswith(PNG) else "image/jpeg", says)
+
+
+def _method(found: Forecast) -> Iterator[str]:
+    yield (
+        "Fruitlet growth model (Greene et al. 2013): a fruitlet stays when it grows faster than"
+        f" {PERSISTS_ABOVE:.0%} of the mean of the {FASTEST} fastest of the block."
+    )
+    yield (
+        "The set is counted of all fruitlets of the block's first visit: those that have fallen"
+        " stay in it, those not seen again are left out of both counts."
+    )
+    yield (
+        "The interval of the tagged clusters is what measuring errors leave open; that of all"
+        " trees also holds the chance of which clusters were tagged."
+    )
+    measured, used = found.reference.measured_mm_per_day, found.reference.rate_mm_per_day
+    if measured != used:
+        yield (
+            f"As measured, the fastest grew {measured:.2f} mm/day; the reference of {used:.2f}"
+            " mm/day allows for measuring errors and for fruitlets that were not seen."
+        )
+
+
+def _span(interval: Interval) -> str:
+    low, high = interval
+    return f"{low:.0f} to {high:.0f}"
+
+
+def _day(day: date) -> str:
+    return f"{day.day} {day:%B %Y}"
