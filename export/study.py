@@ -7,13 +7,13 @@ and prints the tables of docs/growth.md; calipers are the truth with the paper's
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean
 
 from export.study_captures import CLUSTERS, DAYS, STUDY, VIEWS, StudySet
-from export.study_data import StudyCluster, day_of, study_clusters
+from export.study_data import StudyCluster, day_of, study_clusters, with_counts
 from export.study_truth import StudyTruth, study_truth
 from fieldcam.errors import BadInput
 from fieldcam.growth.evaluation.evaluating import (
@@ -29,8 +29,7 @@ from fieldcam.growth.places import Association
 from fieldcam.growth.records import BlockRecord
 from fieldcam.report.evaluation_page import evaluation_page
 
-SGBM = (Association.GEOMETRY,)
-"""How the readings by SGBM are followed."""
+ONLY_GEOMETRY = (Association.GEOMETRY,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +59,8 @@ def evaluate(of: StudySet, clusters: int, views: int) -> SetResult:
     assert true_pct is not None  # every planned block grows
     readings = (
         _scored("RAFT", found, truth, tuple(Association)),
-        _scored("SGBM", study_clusters(of, "sgbm", views, clusters), truth, SGBM),
+        _scored("RAFT and operator", map(with_counts, found), truth, ONLY_GEOMETRY),
+        _scored("SGBM", study_clusters(of, "sgbm", views, clusters), truth, ONLY_GEOMETRY),
     )
     evaluation = Evaluation(of.name, persist_pct(truth.calipers), readings, simulated=True)
     pictures = sum(len(v.views) for c in found for v in c.visits)
@@ -69,7 +69,7 @@ def evaluate(of: StudySet, clusters: int, views: int) -> SetResult:
 
 def _scored(
     name: str,
-    clusters: Iterator[StudyCluster] | Sequence[StudyCluster],
+    clusters: Iterable[StudyCluster],
     truth: StudyTruth,
     methods: Sequence[Association],
 ) -> ReadingsScore:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, timedelta
 from typing import Any
 
@@ -41,6 +41,26 @@ def study_clusters(
     for index, plan in enumerate(of.block().clusters[:clusters]):
         if all(Job(of, index, day, 0).path.exists() for day in DAYS):
             yield _cluster(of, index, plan, stereo, views)
+
+
+def with_counts(cluster: StudyCluster) -> StudyCluster:
+    """The same cluster where the operator said at each tag how many are missing, and why."""
+    return replace(cluster, visits=tuple(_counted(cluster, k) for k in range(len(DAYS))))
+
+
+def _counted(cluster: StudyCluster, visit: int) -> ClusterVisit:
+    """Of the fruitlets that an earlier picture showed."""
+    known = set().union(*(_shown(cluster, k) for k in range(visit)))
+    missing = known - _shown(cluster, visit)
+    hangs = {f.id: [f.hangs(day) for day in DAYS] for f in cluster.plan.fruitlets}
+    fell = sum(hangs[k][visit - 1] and not hangs[k][visit] for k in missing)
+    hidden = sum(hangs[k][visit] for k in missing)
+    return replace(cluster.visits[visit], fallen=fell, hidden=hidden)
+
+
+def _shown(cluster: StudyCluster, visit: int) -> set[int]:
+    pictures = {view.id for view in cluster.visits[visit].views}
+    return {k for place, k in cluster.identities.items() if place.reading in pictures}
 
 
 def _cluster(of: StudySet, index: int, plan: ClusterPlan, stereo: str, views: int) -> StudyCluster:

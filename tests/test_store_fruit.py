@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from made_readings import TAG, disc_mask, made_fruitlet, made_reading
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
 from fieldcam.growth.places import Place
@@ -37,6 +39,7 @@ from fieldcam.store.judgement_rows import (
     TargetCorrection,
 )
 from fieldcam.store.migrations import migrate, steps, version_of
+from fieldcam.store.readings import reading_row
 from fieldcam.store.rows import EntryId
 from fieldcam.store.said import said
 
@@ -240,6 +243,32 @@ def test_what_counts_of_a_cluster_on_each_visit(walk: MadeWalk) -> None:
     (shown,) = visits[1].pictures
     assert (sorted(shown.struck_out), sorted(shown.fallen)) == ([2], [3])
     assert [(visit.fallen, visit.hidden) for visit in visits] == [(0, 0), (0, 3), (3, 0)]
+
+
+def test_of_a_robots_many_views_the_two_with_the_largest_target_area_count(
+    walk: MadeWalk,
+) -> None:
+    visit = walk.visit()
+    captures = [accept_discs(walk, visit, sides_px) for sides_px in ROBOT_VIEWS_PX]
+    (counted,) = counted_visits(walk.store.database, walk.block, 11)
+    assert [picture.capture for picture in counted.pictures] == [captures[1], captures[3]]
+
+
+ROBOT_VIEWS_PX = ((18.0,) * 5, (30.0, 30.0), (12.0,) * 6, (24.0,) * 3, (25.0,))
+"""Diameters of the target's masks; most fruitlets are not the largest area."""
+
+
+def accept_discs(walk: MadeWalk, visit: EntryId, sides_px: tuple[float, ...]) -> EntryId:
+    target = [
+        replace(made_fruitlet(n, (100.0 + 40 * n, 100.0)), mask=disc_mask(100 + 40 * n, 100, side))
+        for n, side in enumerate(sides_px)
+    ]
+    near = made_fruitlet(9, (400.0, 300.0), in_target=False, cluster=1)
+    other = replace(near, mask=disc_mask(400, 300, 80))
+    capture = walk.take(visit, 11).key
+    reading = made_reading([*target, other], tag=replace(TAG, id=11))
+    walk.store.append(reading_row(capture, reading, 400.0), Decision(capture, Action.ACCEPT))
+    return capture
 
 
 def test_a_cluster_is_followed_with_its_words(walk: MadeWalk) -> None:

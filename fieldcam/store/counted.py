@@ -17,6 +17,13 @@ from fieldcam.store.rows import EntryId
 
 MOST_VIEWS = 2
 """Pictures of a cluster that count on one visit."""
+_TARGET_AREA = (
+    "SELECT coalesce(sum(json_extract(size.value, '$.area_px')), 0)"
+    " FROM reading, json_each(reading.sizes) AS size"
+    " JOIN fruitlet_now AS fruitlet ON fruitlet.capture = capture.id"
+    " AND fruitlet.fruitlet = json_extract(size.value, '$.id')"
+    " WHERE reading.id = capture.reading AND fruitlet.in_target AND fruitlet.living"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +35,8 @@ class CountedPicture:
     cluster: int | None
     """The target cluster, where the operator corrected it."""
     living: int
+    area_px: int
+    """Of all visible pixels of the target's living fruitlets; 0 where an early version read it."""
     struck_out: frozenset[int]
     """Fruitlets of the reading that are none."""
     fallen: frozenset[int]
@@ -41,7 +50,8 @@ class CountedVisit:
     tag_id: int
     day: date
     pictures: tuple[CountedPicture, ...]
-    """At most two, those with the most living fruitlets, in the order they were taken."""
+    """At most two, those with the greatest segmented area of the target cluster (paper, "Robot
+    Experiment"), in the order they were taken."""
     fallen: int
     """Fruitlets since the visit before, besides those that a picture shows."""
     hidden: int
@@ -88,7 +98,8 @@ def _accepted(database: Database, block: EntryId, tag_id: int | None) -> list[di
     sql = (
         "SELECT visit.day, capture.tag_id, capture.id AS capture, capture.reading,"
         " (SELECT cluster FROM target_correction_now WHERE reading = capture.reading) AS cluster,"
-        " (SELECT living FROM count_now WHERE capture = capture.id) AS living"
+        " (SELECT living FROM count_now WHERE capture = capture.id) AS living,"
+        f" ({_TARGET_AREA}) AS area_px"
         " FROM capture_now AS capture JOIN visit ON visit.id = capture.visit"
         " WHERE visit.block = ? AND capture.action = 'accept'"
         f" AND capture.reading IS NOT NULL AND capture.tag_id IS NOT NULL{only}"
@@ -109,6 +120,7 @@ def _picture(database: Database, row: dict[str, Any]) -> CountedPicture:
         reading=row["reading"],
         cluster=row["cluster"],
         living=row["living"],
+        area_px=row["area_px"],
         struck_out=marked[MarkKind.NOT_A_FRUITLET],
         fallen=marked[MarkKind.FALLEN],
     )
@@ -137,8 +149,9 @@ def _visit(
     pictures: Sequence[CountedPicture],
     marks: dict[str, int],
 ) -> CountedVisit:
-    # Of several that show as many fruitlets the later ones count.
-    best = sorted(reversed(pictures), key=lambda picture: -picture.living)[:MOST_VIEWS]
+    # Of several that show as much the later ones count.
+    most_first = sorted(reversed(pictures), key=lambda p: (-p.area_px, -p.living))
+    best = most_first[:MOST_VIEWS]
     kept = tuple(picture for picture in pictures if picture in best)
     added = max((_added(database, picture.reading) for picture in kept), default=0)
     return CountedVisit(

@@ -47,4 +47,5 @@ def _size(fruitlet: Fruitlet) -> dict[str, Any]:
         "diameter_mm": None if diameter_mm is None else float(diameter_mm),
         "x_px": float(x_px),
         "y_px": float(y_px),
+        "area_px": fruitlet.mask.area_px,
     }
