@@ -27,6 +27,7 @@ from fieldcam.errors import (
     CameraRefused,
     CameraSettingsInvalid,
     CameraUnplugged,
+    CameraUnsupported,
     CaptureTimeout,
     DeviceError,
     FlashMissing,
@@ -327,6 +328,60 @@ def test_a_trigger_that_the_camera_does_not_have_is_an_error(tmp_path: Path) -> 
     bench = Bench(tmp_path)
     bench.write(QUICK + 'trigger = "Line9"\n')
     with pytest.raises(DeviceError, match="TriggerSource"):
+        bench.finder.open()
+    assert bench.backend.open_handles == 0
+
+
+@pytest.mark.parametrize(
+    ("shape", "layout", "words"),
+    [
+        (Shape.TWO_DEVICES, "side-by-side", "look like one eye's"),
+        (Shape.TWO_DEVICES, "alternating", "look like one eye's"),
+        (Shape.SIDE_BY_SIDE, "stacked", "look like both eyes' side by side"),
+        (Shape.ALTERNATING, "side-by-side", "look like the left and the right eye's in turn"),
+    ],
+)
+def test_a_layout_that_the_pictures_do_not_look_like_is_told(
+    tmp_path: Path, shape: Shape, layout: str, words: str
+) -> None:
+    bench = Bench(tmp_path, shape)
+    with bench.opened(QUICK + f'layout = "{layout}"\n') as head:
+        assert sum(words in note and "`layout`" in note for note in head.notes) == 1
+    for fitting in ("", f'layout = "{shape}"\n'):
+        with bench.opened(QUICK + fitting) as head:
+            assert not [note for note in head.notes if "layout" in note]
+
+
+def test_a_camera_that_another_program_cut_is_known_by_its_own_size(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, Shape.SIDE_BY_SIDE)
+    with bench.opened() as head:
+        assert head._head is not None
+        head._head.leader.features.integer("Width").value = HEIGHT
+    with bench.opened() as head:
+        assert_pair(head.capture(DEADLINE_S))
+
+
+def test_a_layout_of_two_devices_for_one_that_carries_both_is_named(tmp_path: Path) -> None:
+    bench = Bench(tmp_path, Shape.SIDE_BY_SIDE)
+    bench.write('layout = "two-devices"\n')
+    with pytest.raises(CameraUnplugged, match="Only one of the head's two cameras") as caught:
+        bench.finder.open()
+    assert "side by side" in caught.value.hint and "`layout`" in caught.value.hint
+
+
+def test_pictures_that_the_layout_waits_for_in_vain_point_to_it(tmp_path: Path) -> None:
+    with (
+        Bench(tmp_path).opened(QUICK + 'layout = "alternating"\n') as head,
+        pytest.raises(CaptureTimeout, match="1 of 2 pictures") as caught,
+    ):
+        head.capture(BRIEF_S)
+    assert "`layout`" in caught.value.hint
+
+
+def test_one_eye_alone_is_no_head(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    bench.bus.unplug(bench.cameras[1])
+    with pytest.raises(CameraUnsupported, match="one eye"):
         bench.finder.open()
     assert bench.backend.open_handles == 0
 

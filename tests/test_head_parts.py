@@ -12,7 +12,7 @@ from register_files import MemoryRegisters, node_map, register
 
 from fieldcam.camera.head import watching
 from fieldcam.camera.head.adjusting import Adjustment, Need, adjust
-from fieldcam.camera.head.assembly import told_by_image
+from fieldcam.camera.head.assembly import layout_doubt, told_by_image
 from fieldcam.camera.head.opening import choose
 from fieldcam.camera.head.pictures import (
     GREY,
@@ -25,7 +25,7 @@ from fieldcam.camera.head.pictures import (
 from fieldcam.camera.head.settings import Carrying, HeadSettings
 from fieldcam.camera.usb3vision.devices import AttachedCamera, CameraNames
 from fieldcam.camera.usb3vision.transport import LinkSpeed
-from fieldcam.errors import CameraForbidden, CameraUnplugged, CameraUnsupported, FeatureMissing
+from fieldcam.errors import CameraForbidden, CameraUnplugged, FeatureMissing
 from fieldcam.values import PixelFormat
 
 TRIGGER_MODE = """<Enumeration Name="TriggerMode"><EnumEntry Name="Off"><Value>0</Value></EnumEntry>
@@ -183,6 +183,7 @@ def test_grey_and_colour_pictures_are_thinned_out() -> None:
         ((2880, 1080), 1, Carrying.SIDE_BY_SIDE),
         ((1440, 2160), 1, Carrying.STACKED),
         ((1440, 1080), 2, Carrying.ALTERNATING),
+        ((1440, 1080), 1, Carrying.TWO_DEVICES),
     ],
 )
 def test_one_cameras_layout_is_told_by_its_image(
@@ -191,9 +192,23 @@ def test_one_cameras_layout_is_told_by_its_image(
     assert told_by_image(size_px, sources) is carrying
 
 
-def test_one_eye_alone_is_no_head() -> None:
-    with pytest.raises(CameraUnsupported, match="one eye"):
-        told_by_image((1440, 1080), 1)
+@pytest.mark.parametrize(
+    ("carrying", "size_px", "sources", "words"),
+    [
+        (Carrying.SIDE_BY_SIDE, (1440, 1080), 1, "side by side, but look like one eye's"),
+        (Carrying.STACKED, (2880, 1080), 1, "above the other, but look like both eyes' side by"),
+        (Carrying.TWO_DEVICES, (2880, 1080), 1, "one eye's, but look like both eyes' side by"),
+        (Carrying.ALTERNATING, (1440, 1080), 1, "in turn, but look like one eye's"),
+        (Carrying.SIDE_BY_SIDE, (2880, 1080), 2, "side, but look like the left and the right"),
+    ],
+)
+def test_a_layout_that_the_image_does_not_look_like_is_doubted(
+    carrying: Carrying, size_px: tuple[int, int], sources: int, words: str
+) -> None:
+    doubt = layout_doubt(carrying, size_px, sources)
+    assert doubt is not None and words in doubt and "`layout`" in doubt
+    assert f"{size_px[0]} x {size_px[1]} pixels" in doubt
+    assert layout_doubt(told_by_image(size_px, sources), size_px, sources) is None
 
 
 def attached(serial: str, trouble: CameraForbidden | None = None) -> AttachedCamera:

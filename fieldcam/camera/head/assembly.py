@@ -16,10 +16,16 @@ from fieldcam.camera.usb3vision.pairing import (
     TwinPairing,
     split,
 )
-from fieldcam.errors import CameraUnsupported
 
 TOLERANCE_NS = 10_000_000
 """Well above what latching a clock over a busy bus is off, well below two exposures."""
+WORDS = {
+    Carrying.TWO_DEVICES: "one eye's",
+    Carrying.SIDE_BY_SIDE: "both eyes' side by side",
+    Carrying.STACKED: "both eyes' one above the other",
+    Carrying.ALTERNATING: "the left and the right eye's in turn",
+}
+"""Whose pictures a camera sends."""
 LAYOUTS = {Carrying.SIDE_BY_SIDE: Layout.SIDE_BY_SIDE, Carrying.STACKED: Layout.STACKED}
 
 
@@ -117,18 +123,27 @@ def assembly(carrying: Carrying) -> Assembly:
 
 
 def told_by_image(size_px: tuple[int, int], sources: int) -> Carrying:
-    """How one camera carries both eyes, by its image (width, height) and its image sources.
-
-    Raises CameraUnsupported where it must be one eye alone.
+    """What an image (width, height) of a camera with so many image sources looks like;
+    TWO_DEVICES: it is one eye's.
     """
     width_px, height_px = size_px
     if sources > 1:
         return Carrying.ALTERNATING
     if width_px >= 2 * height_px:
         return Carrying.SIDE_BY_SIDE
-    if height_px > width_px:
-        return Carrying.STACKED
-    raise CameraUnsupported(
-        "Only one camera answers, and its picture is that of one eye.",
-        "Check the other camera's cable; a head with one cable needs `layout` in camera.toml.",
+    return Carrying.STACKED if height_px > width_px else Carrying.TWO_DEVICES
+
+
+def layout_doubt(carrying: Carrying, size_px: tuple[int, int], sources: int) -> str | None:
+    """A sentence where an image does not look like what it is taken for.
+
+    A doubt only: eyes may stand upright, and pictures be cut to any size.
+    """
+    looks_like = told_by_image(size_px, sources)
+    if looks_like is carrying:
+        return None
+    width_px, height_px = size_px
+    return (
+        f"Pictures of {width_px} x {height_px} pixels are taken for {WORDS[carrying]}, but look"
+        f" like {WORDS[looks_like]}: check `layout` in camera.toml."
     )

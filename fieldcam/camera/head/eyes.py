@@ -146,7 +146,7 @@ class EyeCamera:
         while len(halves) < blocks:
             left_s = ends_s - time.monotonic()
             if left_s <= 0 or given_up.is_set():
-                raise CaptureTimeout("The camera sent no picture in time.", "Take it again.")
+                raise _too_late(len(halves), blocks)
             with suppress(CaptureTimeout):
                 frame = self._stream.receive(min(left_s, SLICE_S))
                 if not self._is_stale(frame, fired_ns):
@@ -189,6 +189,15 @@ class EyeCamera:
         after_ns = time.monotonic_ns()
         device_ns = self.features.integer("TimestampLatchValue").value
         return ClockSample(device_ns, (before_ns + after_ns) // 2, (after_ns - before_ns) // 2)
+
+
+def _too_late(came: int, wanted: int) -> CaptureTimeout:
+    if came == 0:
+        return CaptureTimeout("The camera sent no picture in time.", "Take it again.")
+    return CaptureTimeout(
+        f"The camera sent {came} of {wanted} pictures in time.",
+        "Take it again; if it is so each time, check `layout` in camera.toml.",
+    )
 
 
 def _half(frame: Frame) -> Half:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fieldcam.camera.head.adjusting import has
-from fieldcam.camera.head.assembly import Assembly, assembly, told_by_image
+from fieldcam.camera.head.assembly import WORDS, Assembly, assembly, layout_doubt, told_by_image
 from fieldcam.camera.head.eyes import EyeCamera
 from fieldcam.camera.head.plan import Part, setting_up
 from fieldcam.camera.head.settings import Carrying, HeadSettings
@@ -21,7 +21,7 @@ from fieldcam.camera.usb3vision.devices import (
 )
 from fieldcam.camera.usb3vision.pairing import Eye
 from fieldcam.camera.usb3vision.transport import LinkSpeed
-from fieldcam.errors import CameraSettingsInvalid, CameraUnplugged
+from fieldcam.errors import CameraSettingsInvalid, CameraUnplugged, CameraUnsupported
 
 log = logging.getLogger(__name__)
 
@@ -69,12 +69,14 @@ def open_head(settings: HeadSettings, cache: Path, usb: Usb) -> OpenHead:
         for camera in chosen:
             eyes.append(_opened(usb.open(camera), cache))
             stack.callback(eyes[-1].close)
-        carrying, leader = _carrying(settings, eyes), _leader(settings, eyes)
+        leader = _leader(settings, eyes)
         for eye in eyes:
             adjusted = eye.set_up(setting_up(settings, _part(eye, leader, len(eyes))))
             log.info("camera %s was set up: %s", eye.serial, adjusted.values)
             notes += [f"{lack} ({eye.serial})" for lack in adjusted.lacks]
             notes += _slow(eye)
+        carrying = _carrying(settings, eyes)
+        notes += _doubts(carrying, eyes)
         stack.pop_all()
     return OpenHead(settings, tuple(eyes), leader, assembly(carrying), tuple(notes))
 
@@ -135,19 +137,37 @@ def _opened(camera: OpenCamera, cache: Path) -> EyeCamera:
 
 
 def _carrying(settings: HeadSettings, eyes: Sequence[EyeCamera]) -> Carrying:
+    """Of cameras that are set up: another program may have cut their pictures."""
     if len(eyes) > 1:
         return Carrying.TWO_DEVICES
+    looks_like = told_by_image(*_image(eyes[0]))
+    alone = looks_like is Carrying.TWO_DEVICES
     if settings.layout is Carrying.TWO_DEVICES:
         raise CameraUnplugged(
             f"Only one of the head's two cameras is plugged in: {eyes[0].serial}.",
-            "Check the other one's cable.",
+            "Check the other one's cable."
+            if alone
+            else f"Its pictures look like {WORDS[looks_like]}: check `layout` in camera.toml.",
         )
-    if settings.layout is not None:
-        return settings.layout
-    features = eyes[0].features
+    if settings.layout is None and alone:
+        raise CameraUnsupported(
+            "Only one camera answers, and its picture is that of one eye.",
+            "Check the other camera's cable; a head with one cable needs `layout` in camera.toml.",
+        )
+    return settings.layout or looks_like
+
+
+def _doubts(carrying: Carrying, eyes: Sequence[EyeCamera]) -> list[str]:
+    """About the layout; each once, since both eyes of a head are mostly alike."""
+    found = (layout_doubt(carrying, *_image(eye)) for eye in eyes)
+    return list(dict.fromkeys(doubt for doubt in found if doubt is not None))
+
+
+def _image(eye: EyeCamera) -> tuple[tuple[int, int], int]:
+    """Width and height in pixels, and how many image sources there are."""
+    features = eye.features
     size_px = features.integer("Width").value, features.integer("Height").value
-    sources = features.integer("SourceCount").value if has(features, "SourceCount") else 1
-    return told_by_image(size_px, sources)
+    return size_px, features.integer("SourceCount").value if has(features, "SourceCount") else 1
 
 
 def _leader(settings: HeadSettings, eyes: Sequence[EyeCamera]) -> EyeCamera:
