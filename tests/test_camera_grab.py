@@ -7,11 +7,13 @@ import subprocess
 import sys
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+import cv2
 import numpy as np
 import pytest
 from emulated_camera.pictures import gradients
@@ -32,7 +34,7 @@ from fieldcam.errors import (
 from fieldcam.exchange.capture_folder import read_capture_folder
 from fieldcam.exchange.images import read_pair
 from fieldcam.store.durable import write_durably
-from fieldcam.values import Calibration, PixelFormat, RawPair
+from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair
 
 Capture = pytest.CaptureFixture[str]
 NOON = datetime(2026, 5, 3, 12, tzinfo=UTC)
@@ -179,6 +181,34 @@ def test_a_camera_that_gives_nothing_leaves_nothing(
     code, out, err = run(capsys, tmp_path / "out")
     assert (code, out) == (ExitCode.DEVICE, "") and "no picture" in err
     assert list((tmp_path / "out").iterdir()) == []
+
+
+SCENE = np.random.default_rng(3).integers(0, 255, (60, 100), np.uint8)
+WIDE = np.asarray(cv2.resize(SCENE, (640, 384), interpolation=cv2.INTER_CUBIC), np.uint8)
+"""Blobs of any grey, some pixels wide."""
+NEAR, FAR = WIDE[:, 80:560], WIDE[:, 160:]
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "eyes", "words"),
+    [
+        (NEAR, FAR, None, ""),
+        (FAR, NEAR, "swapped_eyes", "left and right are swapped"),
+        (WIDE[:, :320], WIDE[:, 320:], "mispaired", "check `layout`"),
+        (np.full_like(NEAR, 90), np.full_like(NEAR, 90), None, ""),
+    ],
+    ids=["in order", "swapped", "halves of one eye's picture", "nothing to be seen"],
+)
+def test_the_pictures_tell_left_from_right(
+    capsys: Capture, tmp_path: Path, plug: Plug,
+    left: ImageU8, right: ImageU8, eyes: str | None, words: str,
+) -> None:  # fmt: skip
+    pair = replace(taken(1), left=left, right=right, pixel_format=PixelFormat.MONO8)
+    plug(pair, pair)
+    code, printed, told = run(capsys, tmp_path, "--count", 2, "--json")
+    assert code == ExitCode.OK
+    assert [each["eyes"] for each in json.loads(printed)["pairs"]] == [eyes, eyes]
+    assert told.count("camera.toml") == (eyes is not None) and words in told
 
 
 def test_another_head_than_the_one_named_is_refused(

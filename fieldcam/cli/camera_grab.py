@@ -20,12 +20,20 @@ from fieldcam.cli.chosen_camera import CHECK_CABLE
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.progress import progress
 from fieldcam.errors import BadInput, CameraUnplugged, DeviceError, StorageError
+from fieldcam.values import ReasonCode
 
 if TYPE_CHECKING:
     from fieldcam.camera.port import FlashStereoDevice
     from fieldcam.session.grabbing import EyeLight, Grabbed
 
 Entry = dict[str, Any]
+DOUBTS = {
+    ReasonCode.SWAPPED_EYES: "What both eyes see lies further right in the right one: left and"
+    " right are swapped. Swap `left` and `right` in camera.toml, or the cables.",
+    ReasonCode.MISPAIRED: "Left and right show different things: check `layout` in camera.toml,"
+    " and whether something is right before one eye.",
+}
+"""What the pictures may say against the eyes' order."""
 
 
 def register(actions: Subparsers[Parser]) -> None:
@@ -63,6 +71,8 @@ def _grab(arguments: argparse.Namespace) -> None:
         for line in _lines(taken):
             emit(line)
         narrate(f"`fieldcam import` reads {arguments.out} with a calibration.yml in it.")
+    for eyes in dict.fromkeys(grabbed.eyes for grabbed in taken if grabbed.eyes is not None):
+        narrate(DOUBTS[eyes])
     if trouble is not None:
         raise trouble
 
@@ -118,6 +128,7 @@ def _entry(grabbed: Grabbed) -> Entry:
         "took_ms": round(grabbed.took_ms, 1),
         "saved_ms": round(grabbed.saved_ms, 1),
         "light": {"left": _light(grabbed.left), "right": _light(grabbed.right)},
+        "eyes": grabbed.eyes,
     }
 
 

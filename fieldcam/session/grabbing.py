@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from time import perf_counter
 
@@ -15,7 +16,7 @@ from fieldcam.errors import StorageError
 from fieldcam.exchange.capture_folder import VIEW_FILE, CaptureFile
 from fieldcam.session.walk import DEADLINE_S
 from fieldcam.store.durable import write_durably
-from fieldcam.values import ImageU8, RawPair
+from fieldcam.values import ImageU8, RawPair, ReasonCode, StereoPair
 
 CLIPPED_FROM = 255
 """A pixel of this value may have been lit by any amount of light."""
@@ -41,6 +42,8 @@ class Grabbed:
     saved_ms: float
     left: EyeLight
     right: EyeLight
+    eyes: ReasonCode | None
+    """SWAPPED_EYES or MISPAIRED where the pictures speak against the eyes' order."""
 
 
 def grab_pairs(
@@ -52,11 +55,14 @@ def grab_pairs(
     camera's `capture` does, and StorageError where a pair cannot be written; there is
     never one eye of a pair without the other.
     """
+    from fieldcam.calibration.rectification import develop
+
     for _ in range(count):
         started_s = perf_counter()
         raw = camera.capture(DEADLINE_S)
         taken_s = perf_counter()
-        file = _write(raw, folder, tag_id)
+        pair = develop(raw)
+        file = _write(pair, raw.taken_at, folder, tag_id)
         saved_s = perf_counter()
         yield Grabbed(
             raw,
@@ -65,6 +71,7 @@ def grab_pairs(
             (saved_s - taken_s) * 1000,
             _light(raw.left),
             _light(raw.right),
+            _out_of_order(pair),
         )
 
 
@@ -72,17 +79,27 @@ def _light(image: ImageU8) -> EyeLight:
     return EyeLight(float(np.mean(image)), float(np.mean(image >= CLIPPED_FROM)))
 
 
-def _write(raw: RawPair, folder: Path, tag_id: int) -> CaptureFile:
+def _out_of_order(pair: StereoPair) -> ReasonCode | None:
+    """Where what both eyes see lies further right in the right one, or in one of them only."""
+    from fieldcam.vision.eye_matches import match_eyes
+    from fieldcam.vision.judging_eyes import eyes_out_of_order
+    from fieldcam.vision.quality import middle
+    from fieldcam.vision.stereo import gray
+
+    matches = match_eyes(gray(pair.left), gray(pair.right), middle(*pair.size_px))
+    finding = eyes_out_of_order(matches)
+    return None if finding is None else finding[1].code
+
+
+def _write(pair: StereoPair, taken_at: datetime, folder: Path, tag_id: int) -> CaptureFile:
     """In colour: a file of sensor values would not say which colour filter it had."""
-    from fieldcam.calibration.rectification import develop
     from fieldcam.exchange.images import encode_png
 
-    day = raw.taken_at.astimezone().date()
+    day = taken_at.astimezone().date()
     view = _next_view(folder / day.isoformat(), tag_id)
     left, right = (
         folder / day.isoformat() / f"{tag_id}_{view}_{eye}.png" for eye in ("left", "right")
     )
-    pair = develop(raw)
     try:
         write_durably(left, encode_png(pair.left))
         write_durably(right, encode_png(pair.right))
@@ -90,7 +107,7 @@ def _write(raw: RawPair, folder: Path, tag_id: int) -> CaptureFile:
         with suppress(OSError):
             left.unlink(missing_ok=True)
         raise
-    return CaptureFile(day, tag_id, view, left, right, None, raw.taken_at)
+    return CaptureFile(day, tag_id, view, left, right, None, taken_at)
 
 
 def _next_view(day: Path, tag_id: int) -> int:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from fieldcam.calibration.drift import row_disagreement_px, tag_disparity_px, tag_size_error
 from fieldcam.values import FARTHEST_MM, NEAREST_MM, ReasonCode, TagPose
 from fieldcam.vision.evidence import Evidence
+from fieldcam.vision.eye_matches import EyeMatches
 from fieldcam.vision.findings import Finding, confirm, retake
 
 TAG_SIZE_BIAS = -0.0055
@@ -85,14 +86,23 @@ def size_off(size_error: float | None) -> float:
 
 def _eyes_by_spots(evidence: Evidence) -> Iterator[Finding]:
     eyes = evidence.quality.eyes
-    if eyes.looked_for < LEAST_MATCHES:
+    if (out_of_order := eyes_out_of_order(eyes)) is not None:
+        yield out_of_order
+    elif eyes.looked_for < LEAST_MATCHES or eyes.rows_px is None or eyes.rows_spread_px is None:
         return
-    if eyes.found_share < LEAST_FOUND or eyes.rows_px is None or eyes.rows_spread_px is None:
-        yield MISPAIRED
-    elif eyes.swapped_share > SWAPPED_SHARE:
-        yield SWAPPED
     elif abs(eyes.rows_px) > MISPAIRED_ROWS_PX or eyes.rows_spread_px > MISPAIRED_SPREAD_PX:
         yield MISPAIRED
     elif abs(eyes.rows_px) > BAD_DRIFT_ROWS_PX:
         nearer = eyes.nearer_is_farther_off
         yield MISPAIRED if nearer else retake(ReasonCode.CALIBRATION_DRIFT, DRIFT_TEXT)
+
+
+def eyes_out_of_order(eyes: EyeMatches) -> Finding | None:
+    """SWAPPED or MISPAIRED as far as a pair tells that nobody rectified; None too where it
+    shows too little.
+    """
+    if eyes.looked_for < LEAST_MATCHES:
+        return None
+    if eyes.found_share < LEAST_FOUND:
+        return MISPAIRED
+    return SWAPPED if eyes.swapped_share > SWAPPED_SHARE else None
