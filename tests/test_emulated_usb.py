@@ -186,6 +186,35 @@ usb.util.claim_interface(devices[1], 0)
     assert answer(served_bus, script).splitlines() == ["4 EBUSY", "4 EBUSY", "3 EACCES", "True"]
 
 
+def test_what_one_program_holds_no_other_can_claim(served_bus: PluggedBus) -> None:
+    stereo_head(served_bus.bus, Shape.SIDE_BY_SIDE, SOURCE, Sensor()).plug()
+    hold = """
+(host,) = cameras()
+usb.util.claim_interface(host.device, 0)
+print(host.serial)
+input()
+usb.util.release_interface(host.device, 2)
+print("released")
+input()
+"""
+    ask = """
+(device,) = usb.core.find(find_all=True)
+print(usb.util.get_string(device, device.iSerialNumber))
+print(device.is_kernel_driver_active(0))
+for number in range(3):
+    print(error_of(lambda: usb.util.claim_interface(device, number)))
+"""
+    held = [HEAD_SERIAL, "False", "EBUSY", "EBUSY"]
+    with client(served_bus, hold) as holder:
+        assert holder.line() == HEAD_SERIAL
+        assert answer(served_bus, ask).splitlines() == [*held, "EBUSY"]
+        holder.go_on()
+        assert holder.line() == "released"
+        assert answer(served_bus, ask).splitlines() == [*held, "None"]
+    served_bus.wait_for_clients()
+    assert answer(served_bus, ask).splitlines() == [HEAD_SERIAL, "False", *["None"] * 3]
+
+
 @pytest.mark.parametrize(
     ("fault", "expected"),
     [(Fault.STALL, "EPIPE"), (Fault.BABBLE, "EOVERFLOW"), (Fault.LINK_ERROR, "EIO")],

@@ -17,6 +17,7 @@ from types import TracebackType
 from typing import Self
 
 from .bus import Plugged, UsbBus
+from .claims import Claims
 from .sysfs import Tree
 from .uevents import announce
 from .usbfs import WHOLE, UsbfsFile
@@ -47,6 +48,7 @@ class PluggedBus:
         self.root = Path(tempfile.mkdtemp(prefix="usb-", dir="/tmp"))
         self._tree = Tree(self.root)
         self._doors: dict[Plugged, socket.socket] = {}
+        self._claims = Claims()
         self._files: list[UsbfsFile] = []
         self._messages = 0
         self._selector = selectors.DefaultSelector()
@@ -129,6 +131,8 @@ class PluggedBus:
             return
         connection, _ = door.accept()
         connection.setblocking(True)
-        file = UsbfsFile(connection, self.bus, plugged, self._capabilities, self._limit_bytes)
+        file = UsbfsFile(
+            connection, self.bus, plugged, self._capabilities, self._limit_bytes, self._claims
+        )
         self._files = [one for one in self._files if one.is_alive()] + [file]
         file.start()

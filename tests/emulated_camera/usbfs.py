@@ -13,6 +13,7 @@ import threading
 from contextlib import suppress
 
 from .bus import Plugged, UsbBus
+from .claims import INTERFACES, Claims
 from .descriptors import Speed
 from .faults import Fault, Faults
 from .urbs import URB, Urb, UrbQueue
@@ -47,12 +48,14 @@ class UsbfsFile(threading.Thread):
         plugged: Plugged,
         capabilities: int,
         limit_bytes: int,
+        claims: Claims,
     ) -> None:
         super().__init__(name="usbfs", daemon=True)
         self._connection = connection
         self._bus = bus
         self._plugged = plugged
         self._capabilities = capabilities
+        self._claims = claims
         self._urbs = UrbQueue(bus, plugged, limit_bytes)
         self._asked_in_vain = 0
         self._calls = {
@@ -64,7 +67,7 @@ class UsbfsFile(threading.Thread):
             11: self._discard,
             13: self._reap,
             15: self._claim,
-            16: self._nothing,
+            16: self._release,
             18: self._driver_ioctl,
             20: self._reset,
             21: self._clear_halt,
@@ -76,10 +79,13 @@ class UsbfsFile(threading.Thread):
         }
 
     def run(self) -> None:
-        with self._connection, suppress(_Hangup, ConnectionError):
-            while True:
-                kind, request, argument = _WORDS.unpack(self._received(_WORDS.size))
-                self._answer(kind, request, argument)
+        try:
+            with self._connection, suppress(_Hangup, ConnectionError):
+                while True:
+                    kind, request, argument = _WORDS.unpack(self._received(_WORDS.size))
+                    self._answer(kind, request, argument)
+        finally:
+            self._claims.drop(self)
 
     def close(self) -> None:
         with suppress(OSError):
@@ -102,13 +108,19 @@ class UsbfsFile(threading.Thread):
         return 0 if self._bus.is_plugged(self._plugged) else -errno.ENODEV
 
     def _driver(self, argument: int) -> int:
-        if not self._faults.armed(Fault.KERNEL_DRIVER):
-            return -errno.ENODATA
-        self._write(argument + 4, b"u3v\0")
-        return 0
+        """(interface, name)"""
+        if self._faults.armed(Fault.KERNEL_DRIVER):
+            self._write(argument + 4, b"u3v\0")
+            return 0
+        if self._claims.is_held(self._plugged, self._number(argument)):
+            self._write(argument + 4, b"usbfs\0")
+            return 0
+        return -errno.ENODATA
 
     def _submit(self, argument: int) -> int:
         urb = Urb.parse(argument, self._read(argument, URB.size))
+        if not self._may_use(urb.endpoint):
+            return -errno.EBUSY
         data = self._read(urb.buffer, urb.length) if urb.wants_data else b""
         return -self._urbs.submit(urb, data)
 
@@ -147,7 +159,17 @@ class UsbfsFile(threading.Thread):
             return -errno.ENODEV
         if self._faults.armed(Fault.KERNEL_DRIVER) or self._faults.strikes(Fault.IN_USE):
             return -errno.EBUSY
-        return 0
+        claimed = self._claims.take(self._plugged, self._number(argument), self)
+        return 0 if claimed else -errno.EBUSY
+
+    def _release(self, argument: int) -> int:
+        released = self._claims.give_back(self._plugged, self._number(argument), self)
+        return 0 if released else -errno.EINVAL
+
+    def _may_use(self, endpoint: int) -> bool:
+        """The kernel claims the interface of an endpoint that is used without that."""
+        interface = INTERFACES.get(endpoint)
+        return interface is None or self._claims.take(self._plugged, interface, self)
 
     def _claim_from_driver(self, argument: int) -> int:
         self._faults.disarm(Fault.KERNEL_DRIVER)
@@ -166,12 +188,16 @@ class UsbfsFile(threading.Thread):
         return 0
 
     def _reset(self, argument: int) -> int:
+        if self._claims.others_hold(self._plugged, self):
+            return -errno.EACCES
         with self._bus.changed:
             self._plugged.function.powered(self._plugged.speed, self._bus.clock.now_ns())
         return 0
 
     def _clear_halt(self, argument: int) -> int:
-        (endpoint,) = struct.unpack("<I", self._read(argument, 4))
+        endpoint = self._number(argument)
+        if not self._may_use(endpoint):
+            return -errno.EBUSY
         with self._bus.changed:
             clear_halt(self._plugged.function, endpoint)
         return 0
@@ -186,6 +212,10 @@ class UsbfsFile(threading.Thread):
     @property
     def _faults(self) -> Faults:
         return self._plugged.function.faults
+
+    def _number(self, address: int) -> int:
+        (number,) = struct.unpack("<I", self._read(address, 4))
+        return int(number)
 
     def _read(self, address: int, count: int) -> bytes:
         """The client's memory."""
