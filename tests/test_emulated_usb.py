@@ -167,6 +167,23 @@ print(again.block().status)
         assert running.ended() == 0
 
 
+def test_every_program_hears_what_is_plugged_in(served_bus: PluggedBus) -> None:
+    head = stereo_head(served_bus.bus, Shape.SIDE_BY_SIDE, SOURCE, Sensor())
+    script = """
+await_devices(0)
+print("listens")
+await_devices(1)
+print("heard")
+"""
+    with client(served_bus, script) as first:
+        assert first.line() == "listens"
+        # It has the same number for its socket, and takes the other's name.
+        with client(served_bus, script) as second:
+            assert second.line() == "listens"
+            head.plug()
+            assert (first.line(), second.line()) == ("heard", "heard")
+
+
 def test_what_the_kernel_would_refuse(served_bus: PluggedBus) -> None:
     bus = served_bus.bus
     for port, fault in enumerate((Fault.IN_USE, Fault.KERNEL_DRIVER)):

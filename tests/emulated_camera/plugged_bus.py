@@ -19,7 +19,7 @@ from typing import Self
 from .bus import Plugged, UsbBus
 from .claims import Claims
 from .sysfs import Tree
-from .uevents import announce
+from .uevents import Listeners
 from .usbfs import WHOLE, UsbfsFile
 
 PRELOAD = Path("/usr/lib/x86_64-linux-gnu/libumockdev-preload.so.0")
@@ -50,6 +50,7 @@ class PluggedBus:
         self._doors: dict[Plugged, socket.socket] = {}
         self._claims = Claims()
         self._files: list[UsbfsFile] = []
+        self._listeners = Listeners(self.root)
         self._messages = 0
         self._selector = selectors.DefaultSelector()
         self._closing = threading.Event()
@@ -106,7 +107,7 @@ class PluggedBus:
             door.close()
             self._tree.remove(plugged)
         self._messages += 1
-        announce(self.root, plugged, came, self._messages)
+        self._listeners.announce(plugged, came, self._messages)
 
     def _open_door(self, plugged: Plugged) -> None:
         door = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -122,6 +123,7 @@ class PluggedBus:
             ready = self._selector.select(_POLL_S)
             with self.bus.changed:
                 self.bus.poll()
+                self._listeners.look()
                 for key, _ in ready:
                     self._let_in(key.data)
 

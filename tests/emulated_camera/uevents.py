@@ -6,6 +6,7 @@ device type before anything else.
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
 from contextlib import suppress
@@ -18,13 +19,38 @@ _MAGIC = 0xFEEDCAFE
 _HEADER = struct.Struct("=8s4sIII4s4s8x")
 
 
-def announce(root: Path, plugged: Plugged, came: bool, number: int) -> None:
-    """Tell every listener below `root`; `number` counts the messages."""
-    message = _message(plugged, "add" if came else "remove", number)
-    for path in root.glob("event[0-9]*"):
-        with socket.socket(socket.AF_UNIX, socket.SOCK_RAW) as sender, suppress(OSError):
-            # A listener that is gone leaves its socket behind.
-            sender.sendto(message, str(path))
+class Listeners:
+    """The sockets at which processes wait for messages; used by one thread at a time.
+
+    The preload names a socket by its number in its process, so that one process takes
+    the name from another that has the same number. A second name keeps it reachable.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._kept = root / "listeners"
+        self._kept.mkdir()
+
+    def look(self) -> None:
+        """Remember who has begun to listen; to be called again and again."""
+        for path in self._root.glob("event[0-9]*"):
+            # A name that another process takes just now is there again in a moment.
+            with suppress(FileExistsError, FileNotFoundError):
+                os.link(path, self._kept / str(path.stat().st_ino))
+
+    def announce(self, plugged: Plugged, came: bool, number: int) -> None:
+        """Tell every listener; `number` counts the messages."""
+        self.look()
+        message = _message(plugged, "add" if came else "remove", number)
+        with socket.socket(socket.AF_UNIX, socket.SOCK_RAW) as sender:
+            sender.setblocking(False)
+            for path in self._kept.iterdir():
+                try:
+                    sender.sendto(message, str(path))
+                except ConnectionRefusedError:
+                    path.unlink()  # its process has ended
+                except BlockingIOError:
+                    """It was stopped, and a real kernel would drop the message too."""
 
 
 def _message(plugged: Plugged, action: str, number: int) -> bytes:
