@@ -48,6 +48,9 @@ class Device:
     address: int | None
     port_numbers: tuple[int, ...] | None
     speed: int | None
+    backend: IBackend
+    libusb: IBackend
+    """Set by fieldcam."""
     def configurations(self) -> tuple[Configuration, ...]: ...
     def __iter__(self) -> Iterator[Configuration]: ...
     def get_active_configuration(self) -> Configuration: ...

@@ -16,7 +16,7 @@ from itertools import chain
 
 import usb.core
 import usb.util
-from usb.backend import IBackend
+from usb.backend import IBackend, libusb1
 
 from fieldcam.camera.usb3vision.descriptors import (
     INTERFACE_CLASS,
@@ -58,13 +58,30 @@ class CameraInterfaces:
 
 
 def attached(backend: IBackend | None = None) -> Iterator[tuple[usb.core.Device, CameraInterfaces]]:
-    """Every attached device that has a camera's interfaces; nothing is opened."""
+    """Every attached device that has a camera's interfaces; nothing is opened.
+
+    Each look has a libusb of its own: one that is kept learns of what is plugged in only
+    by the system's events, and never of a device whose event was lost.
+    """
     with usb_faults():
-        for device in usb.core.find(find_all=True, backend=backend):
+        for device in _devices(backend or _own_libusb()):
             # A device of another kind may go, or hide its descriptors, while we look.
             with suppress(usb.core.USBError, NotImplementedError):
                 if (found := _camera_interfaces(device)) is not None:
                     yield device, found
+
+
+def _devices(backend: IBackend | None) -> Iterator[usb.core.Device]:
+    for device in usb.core.find(find_all=True, backend=backend):
+        # libusb has to outlive its devices: of what an object holds, the last goes last.
+        device.libusb = device.backend
+        yield device
+
+
+def _own_libusb() -> IBackend | None:
+    """None where libusb is not installed, or pyusb found another library instead."""
+    shared = libusb1.get_backend()
+    return None if shared is None else type(shared)(shared.lib)
 
 
 def _camera_interfaces(device: usb.core.Device) -> CameraInterfaces | None:

@@ -2,4 +2,8 @@
 
 from usb.backend import IBackend
 
-def get_backend() -> IBackend | None: ...
+class _LibUSB(IBackend):
+    lib: object
+    def __init__(self, lib: object) -> None: ...
+
+def get_backend() -> _LibUSB | None: ...
