@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -90,3 +91,21 @@ def test_a_command_runs_with_the_head_plugged_in() -> None:
         timeout=60,
     )
     assert (done.stdout, done.returncode) == (f"{HEAD_SERIAL} 3\n", 9), done.stderr
+
+
+WAITING = "import os, time; print(os.environ['UMOCKDEV_DIR'], flush=True); time.sleep(60)"
+
+
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM])
+def test_a_closed_terminal_leaves_no_folder_behind(number: signal.Signals) -> None:
+    if reason := plugged_bus.why_not():
+        pytest.skip(reason)
+    with subprocess.Popen(
+        [*RUN, "--", sys.executable, "-c", WAITING], cwd=ROOT, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        root = Path(process.stdout.readline().strip())
+        assert root.is_dir()
+        process.send_signal(number)
+        assert process.wait(20) == 128 + number
+    assert not root.exists()

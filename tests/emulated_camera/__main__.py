@@ -19,6 +19,9 @@ import signal
 import subprocess
 import sys
 from contextlib import closing, nullcontext
+from types import FrameType
+
+from fieldcam.errors import OF_SIGNALS
 
 from .bus import UsbBus
 from .descriptors import Speed
@@ -34,6 +37,8 @@ MISUSED = 2
 
 def main() -> int:
     options = _options()
+    for number in (signal.SIGHUP, signal.SIGTERM):
+        signal.signal(number, _end)
     if reason := why_not():
         sys.stderr.write(f"{reason}\n")
         return MISUSED
@@ -57,6 +62,11 @@ def _run(command: list[str], environment: dict[str, str]) -> int:
     except OSError as error:
         sys.stderr.write(f"{command[0]}: {error.strerror}\n")
         return MISUSED
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """A closed terminal ends the command too, and leaves no folder behind."""
+    sys.exit(OF_SIGNALS + number)
 
 
 def _scenery(options: argparse.Namespace) -> closing[Orchard] | nullcontext[None]:
