@@ -70,7 +70,7 @@ class ToldCamera:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Takes no picture meanwhile."""
+        """Takes no picture, and is not given back, meanwhile."""
         with self._taking:
             yield
 
@@ -90,7 +90,8 @@ class ToldCamera:
         self.press = pressed
 
     def close(self) -> None:
-        self.closed += 1
+        with self._taking:
+            self.closed += 1
 
     def __enter__(self) -> Self:
         return self

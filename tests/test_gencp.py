@@ -133,6 +133,20 @@ def test_a_camera_that_never_answers_is_silent(mishap: Mishap) -> None:
     assert len(camera.requests) == ATTEMPTS
 
 
+def test_a_camera_that_fell_silent_is_tried_once_until_it_answers() -> None:
+    lost = Mishap.LOST
+    camera = ScriptedControl(mishaps=[*[lost] * (ATTEMPTS + 1), None, lost, lost])
+    channel = opened(camera)
+    asked = []
+    for _ in range(2):
+        with pytest.raises(CameraSilent):
+            channel.read(BASE, 4)
+        asked.append(len(camera.requests))
+    assert asked == [ATTEMPTS, ATTEMPTS + 1]
+    for offset in (0, 4):
+        assert channel.read(BASE + offset, 4) == DATA[offset : offset + 4]
+
+
 def test_a_camera_that_stays_busy_is_named_busy() -> None:
     camera = ScriptedControl(mishaps=[Mishap.BUSY] * 20)
     with pytest.raises(CameraRefused, match="busy"):

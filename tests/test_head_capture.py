@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,7 +19,10 @@ from emulated_head import DEADLINE_S, DISPARITY, HEIGHT, QUICK, WIDTH, Bench
 from fieldcam.camera.genapi import CommandFeature, NodeMap, Registers
 from fieldcam.camera.head import eyes
 from fieldcam.camera.head.logs import camera_log
+from fieldcam.camera.usb3vision import bootstrap
 from fieldcam.camera.usb3vision.bootstrap import ClockSample
+from fieldcam.camera.usb3vision.channel import ATTEMPTS, ControlChannel
+from fieldcam.camera.usb3vision.gencp import Ack
 from fieldcam.camera.usb3vision.transport import TransferFault
 from fieldcam.errors import (
     CameraBusy,
@@ -26,6 +30,7 @@ from fieldcam.errors import (
     CameraPowerLost,
     CameraRefused,
     CameraSettingsInvalid,
+    CameraSilent,
     CameraUnplugged,
     CameraUnsupported,
     CaptureTimeout,
@@ -270,6 +275,34 @@ def test_one_missing_eye_is_named(tmp_path: Path) -> None:
     bench.bus.unplug(bench.cameras[1])
     with pytest.raises(CameraUnplugged, match=f"right camera {RIGHT_SERIAL}"):
         bench.finder.open()
+
+
+def test_a_camera_that_fell_silent_is_soon_given_back_and_works_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bootstrap, "_SHORTEST_RESPONSE_S", 0.01)
+    bench = Bench(tmp_path)
+    finder = bench.finder
+    with bench.opened() as head:
+        head.capture(DEADLINE_S)
+        for camera in bench.cameras:
+            camera.faults.arm(Fault.NO_ACK, ALWAYS)
+        with pytest.raises(CameraSilent):
+            head.attend()
+        commands: list[object] = []
+        attempt = ControlChannel._attempt
+
+        def counted(channel: ControlChannel, packet: bytes, ack_bytes: int) -> Ack:
+            commands.append(channel)
+            return attempt(channel, packet, ack_bytes)
+
+        monkeypatch.setattr(ControlChannel, "_attempt", counted)
+    # Each costs a second: those that find out, and one to stop it.
+    assert max(Counter(commands).values()) <= ATTEMPTS + 1
+    for camera in bench.cameras:
+        camera.faults.disarm(Fault.NO_ACK)
+    with finder.open() as head:
+        assert_pair(head.capture(DEADLINE_S))
 
 
 def test_what_a_crashed_program_left_running_is_stopped(tmp_path: Path) -> None:

@@ -152,6 +152,14 @@ def test_an_unplugged_camera_is_said_and_opened_again(walk: Walked) -> None:
     assert walk.camera.opened == 2
 
 
+def test_a_lost_camera_is_said_before_it_is_given_back(walk: Walked) -> None:
+    walk.start()
+    walk.camera.plugged = False
+    with walk.camera.held():
+        _, state = walk.after(walk.live.shoot, CameraTrouble)
+        assert (state.camera, walk.camera.closed) == (CameraState.LOST, 0)
+
+
 def test_a_walk_begins_without_a_camera(walk: Walked) -> None:
     walk.camera.plugged = False
     if walk.start().camera is not CameraState.LOST:

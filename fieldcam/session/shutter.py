@@ -152,8 +152,7 @@ class Shutter:
         try:
             self._camera.attend()
         except FieldcamError as error:
-            self._let_go()
-            self._complain(error)
+            self._lose(error)
         else:
             self._complaint = ""
 
@@ -171,12 +170,16 @@ class Shutter:
         try:
             preview = self._camera.preview(PREVIEW_DEADLINE_S)
         except FieldcamError as error:
-            self._let_go()
-            self._complain(error)
+            self._lose(error)
             return
         if preview is not None:
             self._complaint = ""
             self._aiming.show(preview)
+
+    def _lose(self, error: FieldcamError) -> None:
+        """Said first: a camera that is silent takes seconds to be given back."""
+        self._complain(error)
+        self._let_go()
 
     def _complain(self, error: FieldcamError) -> None:
         """Once for each trouble: a camera that opens and then fails does so every time."""
@@ -198,9 +201,9 @@ class Shutter:
             self._hear(shot, CameraTrouble(error, lost=False))
             return
         except FieldcamError as error:
-            self._let_go()
             self._missed = error.message
             self._hear(shot, CameraTrouble(error))
+            self._let_go()
             return
         self._complaint = ""
         started = perf_counter()

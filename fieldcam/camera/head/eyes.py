@@ -23,6 +23,7 @@ from fieldcam.camera.usb3vision.pixels import decode
 from fieldcam.errors import (
     CameraRefused,
     CameraSilent,
+    CameraUnplugged,
     CaptureTimeout,
     DeviceError,
     FeatureMissing,
@@ -157,13 +158,23 @@ class EyeCamera:
     def condition(self) -> str:
         """Temperature and link errors, as far as it tells; empty where it does not."""
         found = []
-        for name in ("DeviceTemperature", "LinkErrorCount", "LinkRecoveryCount"):
-            with suppress(DeviceError):
-                if has(self.features, name):
-                    found.append(f"{name} {value_of(self.features, name)}")
+        with suppress(CameraSilent, CameraUnplugged):
+            for name in ("DeviceTemperature", "LinkErrorCount", "LinkRecoveryCount"):
+                found += self._told(name)
         counts = self._stream.counts
         found.append(f"{counts.frames} frames, {counts.spoiled} spoiled, {counts.lost} lost")
         return ", ".join(found)
+
+    def _told(self, name: str) -> list[str]:
+        """Nothing where it will not tell; raises CameraSilent or CameraUnplugged."""
+        try:
+            if has(self.features, name):
+                return [f"{name} {value_of(self.features, name)}"]
+        except (CameraSilent, CameraUnplugged):
+            raise
+        except DeviceError as error:
+            return [f"{name} unknown ({error.message})"]
+        return []
 
     def close(self) -> None:
         """Stop it where it still answers, and give it back; closing twice is fine."""

@@ -42,7 +42,7 @@ from fieldcam.errors import CameraRefused, CameraSilent
 from fieldcam.words import number_of
 
 ATTEMPTS = 5
-"""As many as aravis makes."""
+"""As many as aravis makes; one only of a camera that answered none of them, until it does."""
 BUSY_PAUSE_S = 0.02
 LONGEST_PENDING_S = 30.0
 """A camera that asks for more time again and again, beyond this, has hung."""
@@ -81,6 +81,7 @@ class ControlChannel:
         self._request_id = random.randint(1, _HIGHEST_REQUEST_ID)
         self.limits = ChannelLimits()
         self._write_attempts = ATTEMPTS
+        self._fell_silent = False
 
     @property
     def limits(self) -> ChannelLimits:
@@ -153,6 +154,7 @@ class ControlChannel:
         """
         faults: list[TransferFault] = []
         with self._lock:
+            attempts = 1 if self._fell_silent else attempts
             for _ in range(ATTEMPTS):
                 try:
                     ack = self._attempt(command(self._next_id()), ack_bytes)
@@ -162,11 +164,13 @@ class ControlChannel:
                     if len(faults) == attempts:
                         break
                     continue
+                self._fell_silent = False
                 if ack.status not in _TRY_AGAIN:
                     return ack
                 time.sleep(BUSY_PAUSE_S)
         if not faults:
             return ack
+        self._fell_silent = self._fell_silent or attempts == ATTEMPTS
         raise CameraSilent(
             f"The camera answered none of {number_of(attempts, 'attempt')}.", "Plug it in again."
         ) from faults[-1]
