@@ -87,6 +87,9 @@ def test_without_a_calibration_pictures_wait_and_are_read_with_the_first(walk: H
     assert saved.calibration is None
     state = walk.heard.next(Changed).state
     assert (state.uncalibrated, state.waiting) == (MISSING, 1)
+    # Of the calibration is told as long as it is missing, of the camera until it is opened anew.
+    (note,) = state.camera_notes
+    assert "is taken for the left camera" in note
     assert walk.analysis.asked == []
     walk.calibrate("nothing: 1\n")
     assert walk.shoot().capture.calibration is None

@@ -324,5 +324,7 @@ def test_what_needs_a_hand_is_marked() -> None:
         *analysis_facts(AnalysisStatus(State.READY)),
     ]
     assert not any(fact.bad for fact in good)
+    notes = ("EMU-1 is in a USB 2 port.", "EMU-1 is taken for the left camera.")
+    assert [fact.text for fact in camera_facts(CameraState.READY, None, notes)][1:] == [*notes]
     assert good[3].text == "no battery"
     assert good[5].text == "fits: -0.5% off; -0.5% is usual, as white grows into black"

@@ -63,6 +63,7 @@ class LiveWalk:
         self._camera = CameraState.OPENING
         self._in_flight: deque[Shot] = deque()
         self._camera_trouble = ""
+        self._camera_notes: tuple[str, ...] = ()
         self._analysis = start_analysis(lambda status: self._inbox.put(_nothing))
         self._calibration = calibration
         self._readings = Readings(
@@ -215,10 +216,15 @@ class LiveWalk:
             camera=camera,
             queued=max(0, len(self._in_flight) - 1),
             camera_trouble=self._camera_trouble,
+            camera_notes=self._camera_notes,
             analysis=status,
-            uncalibrated="" if self._calibration is None else self._calibration.problem,
+            uncalibrated=self._uncalibrated,
         )
         self._tell(events.Changed(told))
+
+    @property
+    def _uncalibrated(self) -> str:
+        return "" if self._calibration is None else self._calibration.problem
 
     def _fire(self, insist: bool = False) -> str:
         return self._sent(self._book.shot(insist))
@@ -241,6 +247,8 @@ class LiveWalk:
             self._camera, self._camera_trouble = CameraState.LOST, str(event.error)
         elif isinstance(event, events.CameraReady | events.Saved):
             self._camera = CameraState.READY
+        if isinstance(event, events.CameraReady):
+            self._camera_notes = tuple(n for n in event.notes if n != self._uncalibrated)
         self._tell(event)
         if shot is not None and isinstance(event, events.Saved):
             self._readings.submit(event.capture, shot.expectation, urgent=True)

@@ -119,6 +119,8 @@ class WalkState:
     """Why the camera is lost, and what to do, in the camera's own words."""
     afterwards: str = ""
     """What can be done when all clusters are done, besides to end the walk."""
+    camera_notes: tuple[str, ...] = ()
+    """What was not as it should be when the camera was opened, and stops no picture."""
     uncalibrated: str = ""
     """Why pictures are saved and not read; empty where they are."""
     analysis: AnalysisStatus = field(default_factory=AnalysisStatus)

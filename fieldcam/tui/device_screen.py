@@ -105,7 +105,7 @@ class DeviceScreen(Page):
 
     def _write(self, state: WalkState, found: Equipment) -> None:
         facts = [
-            *camera_facts(state.camera, found.camera),
+            *camera_facts(state.camera, found.camera, state.camera_notes),
             *calibration_facts(state.uncalibrated, self._sizes),
             *model_facts(self._models),
             disk_fact(found.disk),

@@ -46,8 +46,12 @@ class Disk:
     """None before the first picture says how large they are."""
 
 
-def camera_facts(state: CameraState, last: LastCamera | None) -> Iterator[Fact]:
+def camera_facts(
+    state: CameraState, last: LastCamera | None, notes: Sequence[str] = ()
+) -> Iterator[Fact]:
+    """`notes` are those of its last opening."""
     yield Fact("camera", CAMERA[state], state is CameraState.LOST)
+    yield from (Fact("", note) for note in notes)
     if last is not None:
         eyes = f"left eye {last.left_serial}, right eye {last.right_serial}"
         yield Fact("", f"{last.taken_at:%d %b %H:%M}: {eyes}")
