@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from emulated_camera.descriptors import Speed
+from emulated_camera.camera import Camera
+from emulated_camera.descriptors import Identity, Speed
 from emulated_camera.faults import ALWAYS, Fault
 from emulated_camera.features import LINES, STROBE_LINE
 from emulated_camera.shapes import LEFT_SERIAL, RIGHT_SERIAL, Shape
-from emulated_head import DEADLINE_S, DISPARITY, HEIGHT, QUICK, WIDTH, Bench
+from emulated_head import DEADLINE_S, DISPARITY, HEIGHT, QUICK, SMALL, WIDTH, Bench
 
 from fieldcam.camera.genapi import CommandFeature, NodeMap, Registers
 from fieldcam.camera.head import eyes
@@ -233,6 +234,8 @@ def test_a_head_that_goes_before_it_answers_its_trigger_is_starved(
             raise CameraUnplugged("The camera is gone.")
         return usual(features, name)
 
+    # The other eye is slow to give up.
+    monkeypatch.setattr(eyes, "SLICE_S", 0.1)
     bench = Bench(tmp_path)
     with bench.opened() as head:
         monkeypatch.setattr(NodeMap, "command", command)
@@ -479,6 +482,29 @@ def test_a_head_that_nobody_uses_is_given_back_and_woken_by_the_next_picture(
         assert not bench.cameras[0].shutter.running
         assert_pair(head.capture(DEADLINE_S))
         assert bench.backend.open_handles == 2
+
+
+def test_a_camera_that_came_during_the_rest_is_not_taken_for_an_eye(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    with bench.opened(QUICK + "rest_after_s = 1\n") as head:
+        head.capture(DEADLINE_S)
+        wait_until(lambda: bench.backend.open_handles == 0)
+        # By its serial number it would be the left one.
+        other = Camera(Identity("AAA-00"), SMALL, bench.emulated.head)
+        bench.bus.plug(other)
+        assert_pair(head.capture(DEADLINE_S))
+        assert not other.shutter.running
+
+
+def test_a_layout_that_is_mended_counts_from_the_next_opening_on(tmp_path: Path) -> None:
+    bench = Bench(tmp_path)
+    with bench.opened() as head:
+        assert head.serials == (LEFT_SERIAL, RIGHT_SERIAL)
+    with bench.opened(QUICK + 'layout = "side-by-side"\n') as head:
+        assert head.serials == (LEFT_SERIAL, LEFT_SERIAL)
+    with bench.opened() as head:
+        assert head.serials == (LEFT_SERIAL, RIGHT_SERIAL)
+        assert_pair(head.capture(DEADLINE_S))
 
 
 def test_a_flash_line_is_dark_while_aiming(tmp_path: Path) -> None:

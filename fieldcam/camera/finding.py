@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 
 from fieldcam.camera.head.device import UsbStereoHead
-from fieldcam.camera.head.opening import Usb, choose, open_head
-from fieldcam.camera.head.settings import load_settings
+from fieldcam.camera.head.opening import OpenHead, Usb, choose, open_head
+from fieldcam.camera.head.settings import HeadSettings, load_settings
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.camera.usb3vision.description import cache_folder
 
@@ -28,11 +28,15 @@ class HeadFinder:
         Raises CameraUnplugged where there is none, CameraSettingsInvalid, and whatever
         else keeps the camera from being used.
         """
-        settings = load_settings(self._data)
+        return UsbStereoHead(partial(self._open_cameras, load_settings(self._data)))
+
+    def _open_cameras(self, settings: HeadSettings) -> OpenHead:
+        """Also after a rest, in which another head may have been plugged in."""
         if self._serials is not None and settings.left is None:
             left, right = self._serials
-            settings = replace(settings, left=left, right=None if right == left else right)
-        head = UsbStereoHead(partial(open_head, settings, cache_folder(), self._usb))
+            alone = right == left or settings.has_one_camera
+            settings = replace(settings, left=left, right=None if alone else right)
+        head = open_head(settings, cache_folder(), self._usb)
         self._serials = head.serials
         return head
 

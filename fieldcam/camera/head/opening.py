@@ -93,7 +93,7 @@ def choose(
     if settings.left is not None:
         return _chosen_by_name(settings, settings.left, attached)
     by_serial = sorted(attached, key=lambda camera: camera.names.serial)
-    if len(by_serial) == 1 or settings.layout not in (None, Carrying.TWO_DEVICES):
+    if len(by_serial) == 1 or settings.has_one_camera:
         return by_serial[:1], []
     left, right = (camera.names.serial for camera in by_serial[:2])
     sentence = (
@@ -110,7 +110,7 @@ def _chosen_by_name(
     others = [camera for camera in attached if camera.names.serial != left]
     if settings.right is not None:
         eyes.append(_named(attached, Eye.RIGHT, settings.right))
-    elif len(others) == 1 and settings.layout in (None, Carrying.TWO_DEVICES):
+    elif len(others) == 1 and not settings.has_one_camera:
         eyes += others
         serial = others[0].names.serial
         notes.append(f"{serial} is taken for the right camera: camera.toml names only the left.")

@@ -68,6 +68,11 @@ class HeadSettings:
     """Bounds what each camera sends, where the cable or the port cannot take more."""
     rest_after_s: float = 300.0
 
+    @property
+    def has_one_camera(self) -> bool:
+        """The layout says that one camera carries both eyes."""
+        return self.layout not in (None, Carrying.TWO_DEVICES)
+
 
 def load_settings(data: Path | None) -> HeadSettings:
     """Those of the data folder's file, else of the user's, else the defaults.
@@ -183,8 +188,7 @@ def _consistent(settings: HeadSettings, name: str) -> HeadSettings:
         raise _refused(name, f"names {settings.left} as the left and as the right camera")
     if (wrong := _both_ways(settings)) is not None:
         raise _refused(name, f"gives {settings.strobe_line} as strobe_line and as {wrong}")
-    alone = settings.layout not in (None, Carrying.TWO_DEVICES)
-    if alone and settings.right is not None:
+    if settings.has_one_camera and settings.right is not None:
         raise _refused(name, f"names a right camera, and the layout {settings.layout} has one only")
     return settings
 
