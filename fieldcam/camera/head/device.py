@@ -35,9 +35,10 @@ from fieldcam.errors import (
 )
 from fieldcam.values import Calibration, RawPair
 
-POWER_LOST_S = 0.05
-"""A camera that goes within this time of its flash, and the exposure, was most likely
-starved by it."""
+POWER_LOST_S = 0.25
+"""A camera that is found gone within this time of its flash, and the exposure, was most
+likely starved by it, or by charging it again. The other eye takes SLICE_S of it to give
+up, and a machine whose analysis is under way some more."""
 MOST_EYES = 2
 
 log = logging.getLogger(__name__)
