@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -71,6 +72,19 @@ def test_orders_plug_and_arm(orders: Orders, head: StereoHead, nexts: list[str])
     assert nexts == ["next"]
     with pytest.raises(ValueError, match="bogus"):
         orders.carry_out("bogus")
+
+
+def test_addresses_have_seven_bits_and_no_two_devices_share_one(head: StereoHead) -> None:
+    bus = head.head.bus
+    hub = stereo_head(bus, Shape.SIDE_BY_SIDE, gradients(64, 48, 8), Sensor()).cameras[0]
+    (first,) = bus.plugged
+    addresses = []
+    for _ in range(300):
+        addresses.append(bus.plug(hub).address)
+        bus.unplug(hub)
+    assert addresses[:124] == [*range(3, 127)]
+    assert set(addresses) == {*range(2, 128)} - {first.address}
+    assert all(one != other for one, other in pairwise(addresses))
 
 
 def test_without_the_preload_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,6 +13,9 @@ from .faults import Fault
 from .pipes import Taken
 from .usb_device import UsbFunction
 
+FIRST_ADDRESS, HIGHEST_ADDRESS = 2, 127
+"""The root hub has the one before."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plugged:
@@ -43,7 +46,7 @@ class UsbBus:
         self.changed = Condition()
         """Its lock guards everything on the bus; notified when something happens to it."""
         self._plugged: list[Plugged] = []
-        self._next_address = 2
+        self._last_address = FIRST_ADDRESS - 1
         self._listeners: list[Listener] = []
         self._appointments: list[tuple[int, Callable[[], None]]] = []
 
@@ -63,8 +66,7 @@ class UsbBus:
         with self.changed:
             taken = {plugged.port for plugged in self._plugged}
             port = next(n for n in range(1, 16) if n not in taken)
-            plugged = Plugged(function, speed, port, self._next_address, permitted)
-            self._next_address += 1
+            plugged = Plugged(function, speed, port, self._free_address(), permitted)
             function.powered(speed, self.clock.now_ns())
             self._plugged.append(plugged)
             self._announce(plugged, True)
@@ -121,6 +123,16 @@ class UsbBus:
             for plugged in tuple(self._plugged):
                 plugged.function.poll(now_ns)
             return now_ns
+
+    def _free_address(self) -> int:
+        """The one after the last, as the kernel does; it has seven bits and begins anew."""
+        taken = {plugged.address for plugged in self._plugged}
+        behind = (
+            *range(self._last_address + 1, HIGHEST_ADDRESS + 1),
+            *range(FIRST_ADDRESS, HIGHEST_ADDRESS + 1),
+        )
+        self._last_address = next(n for n in behind if n not in taken)
+        return self._last_address
 
     def _announce(self, plugged: Plugged, came: bool) -> None:
         for listener in self._listeners:
