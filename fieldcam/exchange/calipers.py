@@ -34,6 +34,8 @@ class CaliperTable:
     record: BlockRecord
     notes: tuple[str, ...]
     """What was assumed when it was read."""
+    named: bool
+    """Fruits have names of their own; else they are called by their size order."""
 
 
 def read_calipers(path: Path, dates: Sequence[date] = ()) -> CaliperTable:
@@ -50,7 +52,8 @@ def read_calipers(path: Path, dates: Sequence[date] = ()) -> CaliperTable:
     numbered, renumbering = in_one_numbering(path.name, sizes)
     record, assumed = record_of(path.stem, named_by_size(numbered))
     notes = (left_out, renumbering, *_notes(path.name, numbered), *assumed)
-    return CaliperTable(record, tuple(note for note in notes if note))
+    named = all(each.fruit for each in numbered)
+    return CaliperTable(record, tuple(note for note in notes if note), named)
 
 
 def wide_table(record: BlockRecord) -> str:

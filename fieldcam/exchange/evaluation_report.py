@@ -37,6 +37,7 @@ def evaluation_report(found: Evaluation) -> Json:
         "schema": SCHEMA_VERSION,
         "block": found.block,
         "simulated": found.simulated,
+        "notes": list(found.notes),
         "calipers": _forecast(found.persist_pct),
         "readings": [_readings(each, found.persist_pct) for each in found.readings],
         "seconds_per_cluster": {what: _seconds(each) for what, each in found.seconds.items()},

@@ -61,7 +61,9 @@ def evaluation_page(found: Sequence[Evaluation]) -> str:
     title = f"Camera against calipers: {', '.join(each.block for each in found)}"
     parts = [element("h1", title), *map(_summary, found), *_size_sections(found)]
     parts += [_forecast_section(found), _fate_section(found), _time_section(found)]
-    parts += [_unmatched_section(found), section("Method", listing(METHOD))]
+    parts.append(_unmatched_section(found))
+    notes = [note for each in found for note in each.notes]
+    parts.append(section("Method", listing([*METHOD, *notes])))
     return page(title, parts, any(each.simulated for each in found))
 
 

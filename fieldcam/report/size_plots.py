@@ -22,6 +22,8 @@ Sets = Mapping[str, Sequence[SizePair]]
 """Pairs of sizes by the name of what they are of: a block, or a set of a study."""
 PAGE_IN = 7.2
 """Width of a plot over the whole page."""
+LEAST_REACH_MM = 0.5
+"""Differences are shown from so much below to so much above their middle, or more."""
 MOST_PANELS = 3
 """Beside each other."""
 _MARKS = ("o", "^", "s", "D", "v", "P", "X")
@@ -89,22 +91,18 @@ def bland_altman(pairs: Sequence[SizePair]) -> Html:
             axes.plot(
                 (camera + calipers) / 2, camera - calipers, mark, ms=3.5, alpha=0.6, label=_day(day)
             )
-        lines = [(found.bias_mm, "bias", "-")]
-        if found.limits_mm is not None:
-            low, high = found.limits_mm
-            lines += [(high, "95 %", "--"), (low, "95 %", "--")]
-        for at, what, dash in lines:
+        low, high = found.limits_mm or (found.bias_mm, found.bias_mm)
+        for at, dash in ((found.bias_mm, "-"), (low, "--"), (high, "--")):
             axes.axhline(at, color=QUIET, linestyle=dash, linewidth=1.2)
-            axes.annotate(
-                f"{what} {_signed(at)}",
-                (1.01, at),
-                xycoords=("axes fraction", "data"),
-                va="center",
-                fontsize=9,
-            )
+        middle, reach = np.mean(axes.get_ylim()), np.ptp(axes.get_ylim()) / 2
+        axes.set_ylim(*(middle + max(float(reach), LEAST_REACH_MM) * np.array([-1, 1])))
+        axes.set_title(
+            f"bias {_signed(found.bias_mm)}, 95 % from {_signed(low)} to {_signed(high)}",
+            loc="right",
+        )
         axes.set_xlabel("mean of camera and calipers (mm)")
         axes.set_ylabel("camera less calipers (mm)")
-        axes.legend(loc="upper left", ncols=4, bbox_to_anchor=(0, 1.13))
+        figure.legend(loc="outside lower center", ncols=len(_MARKS))
 
     return drawn((PAGE_IN, 3.2), draw, "Differences of camera and calipers over their mean")
 

@@ -79,6 +79,8 @@ class Evaluation:
     seconds: Mapping[str, Seconds] = field(default_factory=dict)
     """By what was timed."""
     simulated: bool = False
+    notes: tuple[str, ...] = ()
+    """What was assumed, and why there is no forecast where there is none."""
 
 
 def score_readings(

@@ -1,0 +1,152 @@
+"""`fieldcam evaluate`: the camera's sizes and forecasts against calipers."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, name
+from fieldcam.cli.console import emit, emit_json, narrate
+from fieldcam.errors import BadInput
+
+if TYPE_CHECKING:
+    from fieldcam.exchange.calipers import CaliperTable
+    from fieldcam.growth.evaluation.evaluating import Evaluation
+    from fieldcam.growth.records import BlockRecord
+    from fieldcam.store.blocks import BlockSummary
+    from fieldcam.store.read_only import ReadOnlyStore
+
+WHY_HTML = "the report is a page"
+WHY_CSV = "it is a table for spreadsheets"
+
+
+def register(commands: Subparsers[Parser]) -> None:
+    parser = add_command(commands, "evaluate", "sizes and forecasts against calipers", _evaluate)
+    parser.add_argument("--block", type=name, required=True, metavar="NAME", help="the block")
+    parser.add_argument(
+        "--calipers", type=Path, required=True, metavar="FILE", help="a caliper table or workbook"
+    )
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="write the figures as a table")
+    parser.add_argument(
+        "--report", type=Path, metavar="HTML", help="write a page with tables and plots"
+    )
+    add_json(parser)
+
+
+def _evaluate(arguments: argparse.Namespace) -> None:
+    from fieldcam.cli.evaluation_words import evaluation_lines
+    from fieldcam.exchange.calipers import read_calipers
+    from fieldcam.exchange.evaluation_report import evaluation_report
+    from fieldcam.store.folder import data_path
+    from fieldcam.store.read_only import open_read_only
+
+    _check_targets(arguments)
+    table = read_calipers(arguments.calipers)
+    if not table.named:
+        raise BadInput(
+            f"{arguments.calipers.name} gives its fruit no names, and camera and calipers are"
+            " matched by name, never by size.",
+            "Fill in the column fruit.",
+        )
+    with closing(open_read_only(data_path(arguments.data))) as store:
+        found = _evaluated(store, _block(store, arguments.block), table)
+    _write(arguments, found)
+    if arguments.json:
+        emit_json(evaluation_report(found))
+    else:
+        emit("\n".join(evaluation_lines(found)))
+
+
+def _block(store: ReadOnlyStore, wanted: str) -> BlockSummary:
+    from fieldcam.store.blocks import block_named, blocks
+
+    found = block_named(store.database, wanted)
+    if found is None:
+        known = ", ".join(block.name for block in blocks(store.database)) or "none"
+        raise BadInput(f"There is no block {wanted}.", f"Blocks: {known}.")
+    return found
+
+
+def _evaluated(store: ReadOnlyStore, block: BlockSummary, table: CaliperTable) -> Evaluation:
+    from fieldcam.growth.evaluation.evaluating import Evaluation, score_readings
+    from fieldcam.session.evaluating import named_clusters, seconds_per_cluster
+    from fieldcam.store.blocks import visits
+    from fieldcam.store.folder import DataKind
+
+    calipers = replace(table.record, name=block.name)
+    days = [v.day for v in visits(store.database, block.id) if v.accepted]
+    forecasts = _Forecasts(calipers, days)
+    clusters = named_clusters(store.database, block.id)
+    readings = score_readings("stored readings", clusters, calipers, forecasts.persist_pct)
+    if not any(pair.shown and pair.calipers_mm is not None for pair in readings.pairs):
+        raise BadInput(
+            f"No fruit of block {block.name} has the same tag, name and day in the pictures and"
+            " in the caliper table.",
+            "Name the fruitlets on the Cluster screen as the table does.",
+        )
+    return Evaluation(
+        block.name,
+        forecasts.persist_pct(calipers),
+        (readings,),
+        seconds_per_cluster(store.database, block.id),
+        store.folder.kind is DataKind.SIMULATED,
+        (*table.notes, *forecasts.whys),
+    )
+
+
+class _Forecasts:
+    """Forecasts from the newest two visits that camera and calipers share."""
+
+    def __init__(self, calipers: BlockRecord, photographed: Sequence[date]) -> None:
+        from fieldcam.growth.visits import chosen_interval
+
+        self.whys: list[str] = []
+        """Why there is none, a sentence each."""
+        self._interval: tuple[date, date] | None = None
+        shared = tuple(day for day in calipers.visits if day in photographed)
+        try:
+            self._interval = chosen_interval(replace(calipers, visits=shared))
+        except BadInput:
+            days = " and ".join(map(str, shared)) or "no day"
+            self.whys.append(
+                f"Camera and calipers share {days}: that is too little for a forecast."
+            )
+
+    def persist_pct(self, block: BlockRecord) -> float | None:
+        from fieldcam.growth.forecast import forecast
+
+        if self._interval is None:
+            return None
+        try:
+            return forecast(block, *self._interval).set_pct
+        except BadInput as error:
+            if error.message not in self.whys:
+                self.whys.append(error.message)
+            return None
+
+
+def _check_targets(arguments: argparse.Namespace) -> None:
+    from fieldcam.exchange.targets import check_target
+
+    if arguments.csv is not None:
+        check_target(arguments.csv, ".csv", WHY_CSV)
+    if arguments.report is not None:
+        check_target(arguments.report, ".html", WHY_HTML)
+
+
+def _write(arguments: argparse.Namespace, found: Evaluation) -> None:
+    from fieldcam.exchange.evaluation_report import evaluation_csv
+    from fieldcam.exchange.targets import write_target
+    from fieldcam.report.evaluation_page import evaluation_page
+
+    if arguments.csv is not None:
+        write_target(arguments.csv, evaluation_csv(found).encode())
+        narrate(f"Wrote {arguments.csv}.")
+    if arguments.report is not None:
+        write_target(arguments.report, evaluation_page([found]).encode())
+        narrate(f"Wrote {arguments.report}.")

@@ -1,0 +1,44 @@
+"""A stored block beside what calipers say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sqlite_utils import Database
+
+from fieldcam.growth.evaluation.evaluating import Seconds, seconds_of
+from fieldcam.growth.evaluation.named import NamedCluster
+from fieldcam.growth.places import Place
+from fieldcam.session.growing import block_rows, followed_cluster
+from fieldcam.store.blocks import visits
+from fieldcam.store.calipers import named_fruitlets
+from fieldcam.store.durations import is_pause, visit_times
+from fieldcam.store.rows import EntryId
+
+
+def named_clusters(database: Database, block: EntryId) -> Iterator[NamedCluster]:
+    """All clusters of a block, one at a time, with the names given on the Cluster screen."""
+    names: dict[int, dict[Place, str]] = {}
+    for each in named_fruitlets(database, block):
+        names.setdefault(each.tag_id, {})[Place(each.reading, each.fruitlet)] = each.fruit
+    for rows in block_rows(database, block):
+        cluster = followed_cluster(database, rows)
+        found = names.get(cluster.tag_id, {})
+        yield NamedCluster(cluster.tag_id, cluster.visits, found, cluster.words)
+
+
+def seconds_per_cluster(database: Database, block: EntryId) -> dict[str, Seconds]:
+    """Over all visits, by what was timed; pauses are left out."""
+    clusters = [
+        cluster for visit in visits(database, block)
+        for cluster in visit_times(database, visit.id).clusters
+    ]  # fmt: skip
+    timed = {
+        "from the first picture to its acceptance": [c.at_cluster_s for c in clusters],
+        "from one cluster to the next, walking included": [c.since_last_s for c in clusters],
+    }
+    found = {
+        what: seconds_of([s for s in times if s is not None and not is_pause(s)])
+        for what, times in timed.items()
+    }
+    return {what: seconds for what, seconds in found.items() if seconds is not None}

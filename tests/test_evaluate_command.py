@@ -1,0 +1,168 @@
+"""`fieldcam evaluate`: a stored block against a caliper table."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from called_commands import Capture, assert_one_sentence, run
+from checked_pages import words_of
+from made_clusters import made_view, ring
+from stored_walks import FIRST_DAY, MadeWalk, small_store
+
+from fieldcam.errors import ExitCode
+from fieldcam.store.fruit_rows import CaliperIdentity
+from fieldcam.store.judgement_rows import Action, Decision
+from fieldcam.store.readings import reading_row
+from fieldcam.values import TagPose
+
+START = {11: (9.0, 8.0, 7.5, 8.5), 12: (7.0, 7.5, 8.2, 9.1)}
+GROWN = {11: (12.0, 9.0, 9.5, 8.9), 12: (10.5, 7.9, 8.4, 12.0)}
+LATER_DAYS = 4
+DAYS = (FIRST_DAY, FIRST_DAY.replace(day=FIRST_DAY.day + LATER_DAYS))
+OFF_MM = 0.1
+"""The camera reads so much less than the calipers."""
+
+
+@pytest.fixture
+def field(tmp_path: Path) -> Path:
+    """A data folder with two visits of two clusters whose fruitlets are named 1 to 4."""
+    folder = tmp_path / "field"
+    with small_store(folder) as store:
+        walk = MadeWalk(store)
+        for days_later, sizes in ((0, START), (LATER_DAYS, GROWN)):
+            visit = walk.visit(days_later)
+            for tag_id, of_tag in sizes.items():
+                photograph(walk, visit, tag_id, of_tag)
+    return folder
+
+
+def photograph(walk: MadeWalk, visit: str, tag_id: int, sizes: Sequence[float]) -> None:
+    capture = walk.take(visit, tag_id).key
+    reading = made_view("", ring(sizes)).reading
+    assert isinstance(reading.tag, TagPose)
+    read = replace(reading, tag=replace(reading.tag, id=tag_id))
+    (key,) = walk.store.append(reading_row(capture, read, 400.0))
+    walk.store.append(Decision(capture, Action.ACCEPT))
+    walk.store.append(*(CaliperIdentity(key, n, str(n + 1)) for n in range(len(sizes))))
+
+
+def caliper_table(
+    path: Path, fruit: str = "{}", days: Sequence[str] = tuple(map(str, DAYS))
+) -> Path:
+    lines = ["date,cluster,fruit,diameter_mm"]
+    for day, sizes in zip(days, (START, GROWN), strict=True):
+        for tag_id, of_tag in sizes.items():
+            lines += [
+                f"{day},{tag_id},{fruit.format(n)},{mm + OFF_MM:.2f}"
+                for n, mm in enumerate(of_tag, start=1)
+            ]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_the_document_has_the_papers_figures(capsys: Capture, field: Path, tmp_path: Path) -> None:
+    table = caliper_table(tmp_path / "calipers.csv")
+    code, out, _ = run(
+        capsys, "evaluate", "--data", field, "--block", "North", "--calipers", table, "--json"
+    )
+    assert code == ExitCode.OK
+    found = json.loads(out)
+    assert (found["block"], found["simulated"]) == ("North", False)
+    (readings,) = found["readings"]
+    sizes = readings["sizes"]["all"]
+    assert (sizes["measured"], sizes["sized_pct"]) == (16, 100.0)
+    assert sizes["mae_mm"] == OFF_MM
+    assert sizes["bias_mm"] == -OFF_MM and sizes["r2"] == 1.0
+    geometry = readings["end_to_end"][0]
+    assert geometry["association"] == {
+        "right": 8,
+        "made": 8,
+        "possible": 8,
+        "precision_pct": 100.0,
+        "recall_pct": 100.0,
+    }
+    assert found["calipers"]["persist_pct"] is not None
+    assert readings["known_association"]["aapd_pct"] is not None
+    assert found["seconds_per_cluster"]
+
+
+def test_a_person_reads_tables_and_the_files_are_written(
+    capsys: Capture, field: Path, tmp_path: Path
+) -> None:
+    table = caliper_table(tmp_path / "calipers.csv")
+    files = tmp_path / "figures.csv", tmp_path / "page.html"
+    code, out, err = run(
+        capsys, "evaluate", "--data", field, "--block", "North", "--calipers", table,
+        "--csv", files[0], "--report", files[1],
+    )  # fmt: skip
+    assert code == ExitCode.OK
+    assert f"{FIRST_DAY}" in out and "geometry" in out and "-0.10" in out
+    assert all(str(file) in err for file in files)
+    rows = list(csv.DictReader(files[0].open()))
+    assert {row["block"] for row in rows} == {"North"}
+    assert "mean absolute error 0.10 mm" in words_of(files[1].read_text())
+
+
+@pytest.mark.parametrize(
+    ("days", "why"),
+    [
+        ((str(DAYS[0]), "2026-07-01"), f"Camera and calipers share {DAYS[0]}"),
+        ((str(DAYS[1]), "2026-07-01"), f"Camera and calipers share {DAYS[1]}"),
+    ],
+)
+def test_one_shared_visit_has_sizes_and_no_forecast(
+    capsys: Capture, field: Path, tmp_path: Path, days: tuple[str, str], why: str
+) -> None:
+    table = caliper_table(tmp_path / "calipers.csv", days=days)
+    code, out, _ = run(
+        capsys, "evaluate", "--data", field, "--block", "North", "--calipers", table, "--json"
+    )
+    found = json.loads(out)
+    assert code == ExitCode.OK
+    assert found["calipers"]["persist_pct"] is None
+    assert any(why in note for note in found["notes"])
+    assert found["readings"][0]["sizes"][days[0]]["measured"] == 8
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"--block": "South"}, "Blocks: North."),
+        ({"--calipers": "missing.csv"}, "missing.csv"),
+        ({"--calipers": "nameless.csv"}, "never by size"),
+        ({"--calipers": "others.csv"}, "same tag, name and day"),
+        ({"--report": "page.txt"}, "must end in .html"),
+        ({"--csv": "nowhere/figures.csv"}, "nowhere"),
+    ],
+    ids=lambda change: " ".join(change) if isinstance(change, dict) else "",
+)
+def test_what_cannot_be_evaluated_is_told_in_one_sentence(
+    capsys: Capture,
+    field: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    change: dict[str, str],
+    says: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    caliper_table(tmp_path / "calipers.csv")
+    caliper_table(tmp_path / "nameless.csv", fruit="")
+    caliper_table(tmp_path / "others.csv", fruit="red {}")
+    options = {"--data": str(field), "--block": "North", "--calipers": "calipers.csv"} | change
+    done = run(capsys, "evaluate", *(part for option in options.items() for part in option))
+    assert_one_sentence(*done, ExitCode.BAD_INPUT)
+    assert says in done[2]
+
+
+def test_without_a_data_folder_nothing_is_made(capsys: Capture, tmp_path: Path) -> None:
+    table = caliper_table(tmp_path / "calipers.csv")
+    done = run(
+        capsys, "evaluate", "--data", tmp_path / "none", "--block", "North", "--calipers", table
+    )
+    assert_one_sentence(*done, ExitCode.STORAGE)
+    assert not (tmp_path / "none").exists()
