@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import date
 
-from fieldcam.growth.places import Place, Track, TrackedVisit
+from fieldcam.growth.places import Association, Place, Track, TrackedVisit
 from fieldcam.growth.records import Presence, Sighting
 from fieldcam.session.growing import FollowedCluster
 
@@ -12,7 +12,9 @@ SURE_OF = {2: 0.6}
 """By the fruitlet's id; 1 for all others."""
 
 
-def tracked_by_id(cluster: FollowedCluster) -> tuple[Track, ...]:
+def tracked_by_id(
+    cluster: FollowedCluster, method: Association = Association.GEOMETRY
+) -> tuple[Track, ...]:
     """A fruitlet is the one of the same id on the other days; who is missing has fallen."""
     numbers = {
         f.id for visit in cluster.visits for view in visit.views for f in view.reading.target

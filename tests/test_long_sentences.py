@@ -35,7 +35,7 @@ EVENTS: list[LiveEvent] = [
         ),
     ),
 ]
-SCREENS = ("escape", "a", "v", "b", "i")
+SCREENS = ("escape", "a", "v", "t", "b", "g", "i")
 LOST = replace(AIM, camera=CameraState.LOST, camera_trouble=str(FORBIDDEN))
 LEFT_OUT = replace(
     AIM,

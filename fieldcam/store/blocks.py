@@ -129,6 +129,15 @@ def trees(database: Database, block: EntryId) -> dict[EntryId, str]:
     return {row["id"]: row["label"] for row in rows(database, sql, block)}
 
 
+def tree_of_tags(database: Database, block: EntryId) -> dict[int, str]:
+    """Labels of the trees in which the block's tags hang, where that is known."""
+    sql = (
+        "SELECT cluster.tag_id, tree.label FROM cluster_now AS cluster"
+        " JOIN tree ON tree.id = cluster.tree WHERE cluster.block = ?"
+    )
+    return {row["tag_id"]: row["label"] for row in rows(database, sql, block)}
+
+
 def last_set_up(database: Database, device: EntryId, block: EntryId) -> EntryId | None:
     """This device's newest standing word on how a block is set up."""
     words = " UNION ALL ".join(f"SELECT id, block FROM {table}" for table in SET_UP)

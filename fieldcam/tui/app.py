@@ -33,6 +33,7 @@ from fieldcam.tui.cluster_screen import ClusterScreen
 from fieldcam.tui.device_screen import DeviceScreen
 from fieldcam.tui.ending import EndableApp
 from fieldcam.tui.forms import AskForm, Field
+from fieldcam.tui.growth_screen import GrowthScreen
 from fieldcam.tui.help_screen import HelpScreen
 from fieldcam.tui.learning import LearnKey
 from fieldcam.tui.log_screen import LogScreen
@@ -57,6 +58,7 @@ OF_THE_WALK = (
     "cluster",
     "two_days",
     "block",
+    "growth",
     "device",
     "log",
     "restart_analysis",
@@ -207,6 +209,9 @@ class FieldcamApp(EndableApp[None]):
     def action_block(self) -> None:
         self._open(BlockScreen)
 
+    def action_growth(self) -> None:
+        self._open(GrowthScreen)
+
     def action_device(self) -> None:
         self._open(lambda walk, state: DeviceScreen(walk, state, self._models))
 
@@ -246,6 +251,8 @@ class FieldcamApp(EndableApp[None]):
         two = "Which fruitlet is which on another day"
         yield SystemCommand("Two days", two, self.action_two_days)
         yield SystemCommand("Block", "Sizes by day, what is missing", self.action_block)
+        grow = "How many fruitlets of the block will stay"
+        yield SystemCommand("Growth", grow, self.action_growth)
         device = "Camera, networks, disk, battery, analysis"
         yield SystemCommand("Device", device, self.action_device)
         yield SystemCommand("Set-up", "Operator, block, trees, sprays, route", self.action_set_up)

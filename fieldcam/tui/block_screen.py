@@ -48,6 +48,7 @@ class BlockScreen(Page):
     TITLE = "Block"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,b", "app.pop_screen", "Back"),
+        Binding("g", "app.growth", "Growth"),
     ]
 
     def body(self) -> ComposeResult:

@@ -24,7 +24,7 @@ B       block: sizes, missing    I       device: camera, disk, battery
 L       log                      D       day or night colours
 Ctrl+P  all commands             Q       end the walk; Ctrl+Q anywhere
 On Cluster: left, right pictures; C > by caliper; T two days; K > king;
-M one by hand; PgUp, PgDn what was said. On Device: R analysis again.
+M one by hand; PgUp, PgDn words. On Block: G growth. On Device: R again.
 
 Walk on once a picture is saved; it is read meanwhile. CONFIRM asks why
 there are fewer fruitlets than last visit: F or H answers it.

@@ -1,0 +1,125 @@
+"""The forecast of a block out of its store, for screens and the command line alike.
+
+Each cluster is followed by itself, and again only where its rows have changed: of the
+whole, reading and following take nearly all the time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import mean
+
+from sqlite_utils import Database
+
+from fieldcam.growth.crop import CropForecast, CropPlan, crop_forecast
+from fieldcam.growth.forecast import Forecast, forecast, trend
+from fieldcam.growth.from_tracks import TrackedCluster, camera_record, tracked_cluster
+from fieldcam.growth.influence import ClusterInfluence, influences
+from fieldcam.growth.places import Association
+from fieldcam.growth.records import BlockRecord
+from fieldcam.growth.visits import chosen_interval
+from fieldcam.growth.warnings import Warning, warnings_about
+from fieldcam.session.growing import ClusterRows, followed_cluster, tracks_of
+from fieldcam.store.blocks import SprayRecord, settings, sprays, tree_of_tags, trees
+from fieldcam.store.lookups import row_of
+from fieldcam.store.orchard_rows import Setting
+from fieldcam.store.rows import EntryId
+
+COMPARED = (Association.GEOMETRY, Association.SIZE_ORDER)
+"""How the app follows fruitlets, and what stands beside it as a check."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class KnownCluster:
+    """One cluster, followed in each of the ways."""
+
+    rows: ClusterRows
+    tracked: Mapping[Association, TrackedCluster]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BlockGrowth:
+    """All that is known about the growth of a block."""
+
+    found: Forecast
+    trend: tuple[Forecast, ...]
+    by_size_order: Forecast
+    """The same with fruitlets matched by the order of their sizes alone."""
+    crop: CropForecast | None
+    """None where the bloom clusters of a tree were not counted."""
+    warnings: tuple[Warning, ...]
+    clusters: tuple[ClusterInfluence, ...]
+    """The most influential first."""
+    sprays: tuple[SprayRecord, ...]
+
+
+def known_clusters(
+    database: Database,
+    rows: Sequence[ClusterRows],
+    before: Mapping[int, KnownCluster],
+    methods: Sequence[Association] = COMPARED,
+) -> Iterator[KnownCluster]:
+    """One after the other, so that whoever asks may stop; `before` is what is known by tag."""
+    for each in rows:
+        known = before.get(each.tag_id)
+        if known is not None and known.rows == each:
+            yield known
+            continue
+        cluster = followed_cluster(database, each)
+        yield KnownCluster(
+            each,
+            {
+                method: tracked_cluster(each.tag_id, cluster.visits, tracks_of(cluster, method))
+                for method in methods
+            },
+        )
+
+
+def block_growth(database: Database, block: EntryId, known: Sequence[KnownCluster]) -> BlockGrowth:
+    """Of the newest visit against the one that it is best compared with.
+
+    Raises BadInput where there are no two visits, or nothing grew between them.
+    """
+    record = block_record(database, block, known, Association.GEOMETRY)
+    interval = chosen_interval(record)
+    found = forecast(record, *interval)
+    by_size = block_record(database, block, known, Association.SIZE_ORDER)
+    by_size_order = forecast(by_size, *interval)
+    plan, sprayed = crop_plan(database, block), sprays(database, block)
+    days = [spray.sprayed_on for spray in sprayed]
+    return BlockGrowth(
+        found,
+        trend(record),
+        by_size_order,
+        None if plan is None else crop_forecast(found, plan),
+        warnings_about(found, days, by_size_order),
+        influences(found),
+        sprayed,
+    )
+
+
+def block_record(
+    database: Database, block: EntryId, known: Sequence[KnownCluster], method: Association
+) -> BlockRecord:
+    """What the growth model works on."""
+    return camera_record(
+        row_of(database, "block", block)["name"],
+        (each.tracked[method] for each in known),
+        tree_of_tags(database, block),
+    )
+
+
+def crop_plan(database: Database, block: EntryId) -> CropPlan | None:
+    """What was counted and is wanted on the mean tree; None without a bloom count."""
+    every = [settings(database, block, tree) for tree in trees(database, block)]
+    of_trees = every or [settings(database, block)]
+    blooms = [
+        each[Setting.BLOOM_CLUSTERS_PER_TREE]
+        for each in of_trees
+        if Setting.BLOOM_CLUSTERS_PER_TREE in each
+    ]
+    if not any(blooms):
+        return None
+    target = settings(database, block).get(Setting.TARGET_FRUIT_PER_TREE)
+    return CropPlan(mean(blooms), target)

@@ -1,0 +1,151 @@
+"""The Growth screen: how many fruitlets of the block will stay, and what speaks against it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar
+
+from sqlite_utils import Database
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal
+from textual.events import Resize
+from textual.widgets import Static
+from textual.worker import get_current_worker
+
+from fieldcam.errors import BadInput
+from fieldcam.session.block_growth import (
+    BlockGrowth,
+    KnownCluster,
+    block_growth,
+    known_clusters,
+)
+from fieldcam.session.commands import Walk
+from fieldcam.session.growing import block_rows
+from fieldcam.session.state import WalkState
+from fieldcam.store.rows import EntryId
+from fieldcam.tui.days_view import Past
+from fieldcam.tui.growth_words import (
+    cluster_lines,
+    heading,
+    number_lines,
+    told_lines,
+    verdict_lines,
+)
+from fieldcam.tui.messages import LookedUp
+from fieldcam.tui.news import News
+from fieldcam.tui.page import Page
+from fieldcam.words import number_of
+
+FOLLOWING = "Following the fruitlets from day to day"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grown:
+    """What the clusters say together, or why they say nothing."""
+
+    growth: BlockGrowth | None
+    problem: str
+
+
+class GrowthScreen(Page):
+    """Computed in a thread of its own, cluster by cluster."""
+
+    CSS_PATH = "growth_screen.tcss"
+    TITLE = "Growth"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,g", "app.block", "Back"),
+        Binding("up", "scroll('#clusters', -1)", "Clusters above", show=False),
+        Binding("down", "scroll('#clusters', 1)", "Clusters below", show=False),
+        Binding("pageup", "scroll('#told', -1)", "Earlier words", show=False),
+        Binding("pagedown", "scroll('#told', 1)", "Later words", show=False),
+    ]
+
+    def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
+        super().__init__(walk, state)
+        self._block: EntryId | None = None
+        self._known: dict[int, KnownCluster] = {}
+        self._growth: BlockGrowth | None = None
+        """The last one, to be drawn in another width."""
+
+    def body(self) -> ComposeResult:
+        yield Static(f"{FOLLOWING}.", id="heading", markup=False)
+        yield Static(id="verdict", markup=False)
+        yield Static(id="numbers", markup=False)
+        with Horizontal(id="rest"):
+            with Past(id="told"):
+                yield Static(id="told-lines", markup=False)
+            with Past(id="clusters"):
+                yield Static(id="cluster-lines", markup=False)
+        yield Static(id="said", markup=False)
+
+    def show(self, state: WalkState) -> None:
+        super().show(state)
+        block = state.route.block
+        if block != self._block:
+            self._block, self._known, self._growth = block, {}, None
+        self.look_up(state.folder, partial(self._read, block, {**self._known}), self._found)
+
+    def on_resize(self, event: Resize) -> None:
+        super().on_resize(event)
+        if self._growth is not None:
+            self.call_after_refresh(self._write, self._growth)
+
+    def hear(self, told: News) -> None:
+        line = self.query_one("#said", Static)
+        line.update(told.sentence)
+        line.set_class(told.bad, "-bad")
+
+    def action_scroll(self, part: str, by: int) -> None:
+        past = self.query_one(part, Past)
+        past.scroll_relative(y=by * max(1, past.size.height - 1), animate=False)
+
+    def _read(
+        self, block: EntryId, before: Mapping[int, KnownCluster], database: Database
+    ) -> Grown:
+        """In a thread, which stops between two clusters when nobody waits for it any more."""
+        worker, rows = get_current_worker(), block_rows(database, block)
+        known = {}
+        for cluster in known_clusters(database, rows, before):
+            known[cluster.rows.tag_id] = cluster
+            if worker.is_cancelled:
+                return Grown(None, "")
+            if cluster is not before.get(cluster.rows.tag_id):
+                learned = partial(self._learned, block, cluster, len(known), len(rows))
+                self.post_message(LookedUp(learned))
+        try:
+            return Grown(block_growth(database, block, tuple(known.values())), "")
+        except BadInput as error:
+            return Grown(None, str(error))
+
+    def _learned(self, block: EntryId, cluster: KnownCluster, done: int, clusters: int) -> None:
+        """Kept at once, since news of the walk begins the whole anew."""
+        if block == self._block:
+            self._known[cluster.rows.tag_id] = cluster
+            line = f"{FOLLOWING}: {done} of {number_of(clusters, 'cluster')}"
+            if self._growth is None:
+                self.query_one("#heading", Static).update(line)
+
+    def _found(self, grown: Grown) -> None:
+        self._growth = grown.growth
+        if grown.growth is not None:
+            self._write(grown.growth)
+            return
+        self.query_one("#heading", Static).update("No forecast yet")
+        self.query_one("#verdict", Static).update(grown.problem)
+        for part in ("#numbers", "#told-lines", "#cluster-lines"):
+            self.query_one(part, Static).update()
+
+    def _write(self, growth: BlockGrowth) -> None:
+        width = self.size.width - 2
+        parts = {
+            "#heading": [heading(growth.found, growth.sprays)],
+            "#verdict": verdict_lines(growth, width),
+            "#numbers": number_lines(growth),
+            "#told-lines": told_lines(growth),
+            "#cluster-lines": cluster_lines(growth.clusters),
+        }
+        for part, lines in parts.items():
+            self.query_one(part, Static).update("\n".join(lines))

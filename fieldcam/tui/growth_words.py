@@ -1,0 +1,120 @@
+"""What the Growth screen says of a block's forecast; no widgets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fieldcam.growth.crop import CropForecast, Verdict
+from fieldcam.growth.forecast import Forecast
+from fieldcam.growth.influence import ClusterInfluence
+from fieldcam.growth.resampling import Interval
+from fieldcam.session.block_growth import BlockGrowth
+from fieldcam.store.blocks import SprayRecord
+from fieldcam.tui.letters import BLOCK
+from fieldcam.words import number_of
+
+VERDICTS = {
+    Verdict.TOO_MANY: "more than the target of {:g}: thin again",
+    Verdict.ON_TARGET: "the target of {:g} is within reach",
+    Verdict.TOO_FEW: "fewer than the target of {:g}: do not thin any more",
+}
+NO_BLOOM = "Count bloom clusters (E) to see fruit per tree."
+LONGEST_TREE = 6
+"""Letters of a tree's label that fit."""
+CLUSTERS = ("tag", "tree", "first", "stay", "fall", "points")
+
+
+def heading(found: Forecast, sprays: Sequence[SprayRecord]) -> str:
+    """The two visits, and how long before the second one was sprayed."""
+    parts = [f"{found.start.first:%d %b} to {found.end.first:%d %b}"]
+    parts.append(number_of(round(found.days), "day"))
+    past = [spray for spray in sprays if spray.sprayed_on <= found.end.first]
+    if past:
+        since = (found.end.first - past[-1].sprayed_on).days
+        parts.append(f"{number_of(since, 'day')} after {past[-1].product}")
+    return "   ".join(parts)
+
+
+def verdict_lines(growth: BlockGrowth, width: int) -> Iterator[str]:
+    """The prediction against the target, and a bar of it `width` columns wide."""
+    found, crop = growth.found, growth.crop
+    yield (
+        f"{found.set_pct:.0f} % of the first fruitlets will stay ({span(found.interval90_pct)} %;"
+        f" on all trees {span(found.interval90_trees_pct)} %)"
+    )
+    if crop is None:
+        yield NO_BLOOM
+        yield gauge(found.set_pct, found.interval90_trees_pct, None, 100.0, width)
+        return
+    yield f"{crop.fruit:.0f} fruit a tree ({span(crop.interval90_fruit)}){_against(crop)}"
+    target, high = crop.plan.target_fruit, crop.interval90_fruit[1]
+    yield gauge(crop.fruit, crop.interval90_fruit, target, 1.2 * max(high, target or 0.0), width)
+
+
+def number_lines(growth: BlockGrowth) -> Iterator[str]:
+    """What the prediction is made of."""
+    found, counts, reference = growth.found, growth.found.counts, growth.found.reference
+    yield (
+        f"Of {counts.initial} fruitlets {counts.persist} stay, {counts.abscise} fall"
+        f" ({counts.fallen} have fallen); {counts.not_seen} not seen, left out"
+    )
+    yield (
+        f"The {reference.n} fastest grew {reference.rate_mm_per_day:.2f} mm a day;"
+        f" what grows above {reference.cutoff_mm_per_day:.2f} stays"
+    )
+    apart = growth.by_size_order.set_pct - found.set_pct
+    yield f"By size order alone {growth.by_size_order.set_pct:.0f} % ({apart:+.0f} points)"
+
+
+def told_lines(growth: BlockGrowth) -> Iterator[str]:
+    """The trend over the visits, then the warnings."""
+    if len(growth.trend) > 1:
+        yield "Visit by visit"
+        for each in growth.trend:
+            days = f"{each.start.first:%d %b} to {each.end.first:%d %b}"
+            yield f"  {days}  {each.set_pct:3.0f} %  ({span(each.interval90_pct)})"
+    yield from (f"! {each.text}" for each in growth.warnings)
+
+
+def cluster_lines(clusters: Sequence[ClusterInfluence]) -> Iterator[str]:
+    """Which clusters drive the prediction: by how many points each moves it."""
+    table = [CLUSTERS, *(_cluster(each) for each in clusters)]
+    widths = [max(len(row[n]) for row in table) for n in range(len(CLUSTERS))]
+    for row in table:
+        yield " ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
+
+
+def gauge(value: float, interval: Interval, target: float | None, most: float, width: int) -> str:
+    """From 0 to `most`: the interval in brackets, the prediction a block, the target a T."""
+    room = max(8, width)
+
+    def column(at: float) -> int:
+        return min(max(0, round(at / most * (room - 1))), room - 1) if most > 0 else 0
+
+    cells = ["─"] * room
+    for at, glyph in ((interval[0], "["), (interval[1], "]"), (value, BLOCK), (target, "T")):
+        if at is not None:
+            cells[column(at)] = glyph
+    return "".join(cells)
+
+
+def span(interval: Interval) -> str:
+    """Such as 38 to 49."""
+    return f"{interval[0]:.0f} to {interval[1]:.0f}"
+
+
+def _against(crop: CropForecast) -> str:
+    target = crop.plan.target_fruit
+    if crop.verdict is None or target is None:
+        return "; say in Set-up (E) how many a tree should carry"
+    return f": {VERDICTS[crop.verdict].format(target)}"
+
+
+def _cluster(each: ClusterInfluence) -> tuple[str, ...]:
+    counts = each.counts
+    return (
+        str(each.tag_id),
+        (each.tree or "")[:LONGEST_TREE],
+        *(str(n) for n in (counts.initial, counts.persist, counts.abscise)),
+        f"{each.influence_points:+.1f}",
+    )
