@@ -98,16 +98,18 @@ def _true_rates(
     growth = [each.growth for each in followed if each.growth is not None]
     grid = rate_grid(growth, noise)
     likelihood = likelihoods(growth, noise, grid)
-    measured = np.array([each.growth is not None for each in followed])
+    grown = np.array([each.growth is not None for each in followed])
     fallen = np.array([each.fallen for each in followed])
-    distribution = distributions(likelihood, weights[:, measured])
+    # New ones stand for all that were not seen at first, of which those that have fallen
+    # since never show: what is known of them is not typical.
+    new = np.array([each.new for each in followed])
+    unknown = new | ~(grown | fallen)
+    hangs = np.array([each.hangs for each in followed]) & ~new
+    distribution = distributions(likelihood, weights[:, grown])
     rates = np.full(weights.shape, _FALLEN)
-    rates[:, measured] = drawn_rates(rng, distribution, likelihood, grid)
-    unknown = ~measured & ~fallen
-    rates[:, unknown] = drawn_rates(
-        rng, distribution, np.ones((int(unknown.sum()), grid.size)), grid
-    )
-    hangs = np.array([each.hangs for each in followed])
+    rates[:, grown] = drawn_rates(rng, distribution, likelihood, grid)
+    anything = np.ones((int(unknown.sum()), grid.size))
+    rates[:, unknown] = drawn_rates(rng, distribution, anything, grid)
     falls = rng.random(weights.shape) < _share_fallen(followed, weights)[:, None]
     rates[falls & unknown & ~hangs] = _FALLEN
     return rates
