@@ -5,18 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from fieldcam.cli.console import table
-from fieldcam.growth.crop import CropForecast, Verdict
+from fieldcam.growth.crop import CropForecast
 from fieldcam.growth.forecast import Forecast
 from fieldcam.growth.influence import ClusterInfluence, influences
 from fieldcam.growth.resampling import Interval
 from fieldcam.growth.warnings import Warning
 from fieldcam.words import number_of
-
-_VERDICTS = {
-    Verdict.TOO_MANY: "more than the target of {target:g}: thin again",
-    Verdict.ON_TARGET: "the target of {target:g} is within reach",
-    Verdict.TOO_FEW: "fewer than the target of {target:g}: do not thin any more",
-}
 
 
 def growth_lines(
@@ -47,9 +41,7 @@ def growth_lines(
 
 def _fruit_line(crop: CropForecast) -> str:
     line = f"Fruit per tree: {crop.fruit:.0f} ({_span(crop.interval90_fruit, 0)})"
-    if crop.verdict is None or crop.plan.target_fruit is None:
-        return f"{line}."
-    return f"{line}; {_VERDICTS[crop.verdict].format(target=crop.plan.target_fruit)}."
+    return f"{line}; {crop.against_target}." if crop.against_target else f"{line}."
 
 
 def _number_lines(found: Forecast) -> Iterator[str]:

@@ -23,6 +23,13 @@ class Verdict(StrEnum):
     """The whole interval lies below the target: stop thinning."""
 
 
+_AGAINST_TARGET = {
+    Verdict.TOO_MANY: "more than the target of {:g}: thin again",
+    Verdict.ON_TARGET: "the target of {:g} is within reach",
+    Verdict.TOO_FEW: "fewer than the target of {:g}: do not thin any more",
+}
+
+
 @dataclass(frozen=True, slots=True)
 class CropPlan:
     """What the grower counted and wants, per tree."""
@@ -52,6 +59,13 @@ class CropForecast:
         if low > target:
             return Verdict.TOO_MANY
         return Verdict.TOO_FEW if high < target else Verdict.ON_TARGET
+
+    @property
+    def against_target(self) -> str:
+        """The verdict for the end of a sentence; empty without a target."""
+        if self.verdict is None:
+            return ""
+        return _AGAINST_TARGET[self.verdict].format(self.plan.target_fruit)
 
 
 def crop_forecast(found: Forecast, plan: CropPlan) -> CropForecast:

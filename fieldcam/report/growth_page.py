@@ -29,11 +29,8 @@ from fieldcam.words import number_of
 
 PNG = b"\x89PNG"
 """How such a file begins; all other pictures are JPEG."""
-VERDICTS = {
-    Verdict.TOO_MANY: ("more than the target of {target:g}: thin again", "bad"),
-    Verdict.ON_TARGET: ("the target of {target:g} is within reach", "good"),
-    Verdict.TOO_FEW: ("fewer than the target of {target:g}: do not thin any more", "bad"),
-}
+LOOKS = {Verdict.TOO_MANY: "bad", Verdict.ON_TARGET: "good", Verdict.TOO_FEW: "bad"}
+"""Classes of the page's style."""
 STATES = {
     State.PERSIST: "stays",
     State.ABSCISE: "will fall",
@@ -99,11 +96,10 @@ def _verdict(story: GrowthStory) -> Html:
     if crop is None:
         return element("p", f"{of_first}.", "verdict open")
     fruit = f"{crop.fruit:.0f} fruit per tree (90 % interval {_span(crop.interval90_fruit)})"
-    if crop.verdict is None or crop.plan.target_fruit is None:
+    if crop.verdict is None:
         return element("p", f"{fruit}: {of_first}.", "verdict open")
-    words, kind = VERDICTS[crop.verdict]
-    text = f"{fruit}, {words.format(target=crop.plan.target_fruit)}. {of_first}."
-    return element("p", text, f"verdict {kind}")
+    text = f"{fruit}, {crop.against_target}. {of_first}."
+    return element("p", text, f"verdict {LOOKS[crop.verdict]}")
 
 
 def _counts(story: GrowthStory) -> Html:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from fieldcam.growth.crop import CropForecast, Verdict
+from fieldcam.growth.crop import CropForecast
 from fieldcam.growth.forecast import Forecast
 from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.resampling import Interval
@@ -13,11 +13,6 @@ from fieldcam.store.blocks import SprayRecord
 from fieldcam.tui.letters import BLOCK
 from fieldcam.words import number_of
 
-VERDICTS = {
-    Verdict.TOO_MANY: "more than the target of {:g}: thin again",
-    Verdict.ON_TARGET: "the target of {:g} is within reach",
-    Verdict.TOO_FEW: "fewer than the target of {:g}: do not thin any more",
-}
 NO_BLOOM = "Count bloom clusters (E) to see fruit per tree."
 LONGEST_TREE = 6
 """Letters of a tree's label that fit."""
@@ -104,10 +99,9 @@ def span(interval: Interval) -> str:
 
 
 def _against(crop: CropForecast) -> str:
-    target = crop.plan.target_fruit
-    if crop.verdict is None or target is None:
+    if not crop.against_target:
         return "; say in Set-up (E) how many a tree should carry"
-    return f": {VERDICTS[crop.verdict].format(target)}"
+    return f": {crop.against_target}"
 
 
 def _cluster(each: ClusterInfluence) -> tuple[str, ...]:
