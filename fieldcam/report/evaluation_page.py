@@ -99,16 +99,21 @@ def _size_sections(found: Sequence[Evaluation]) -> Iterator[Html]:
         yield section(
             "Distribution of sizes",
             figure(size_boxes(sets), "Means are crosses, medians bars."),
-            figure(size_cdfs(sets), "Share of fruitlets up to a size; later days are stronger."),
+            figure(
+                size_cdfs(sets),
+                "Share of fruitlets up to a size; the later the day, the stronger the line.",
+            ),
         )
         yield section(
             "Agreement",
-            figure(line_fits(sets), "Dotted: equal sizes. Line: the best straight line."),
-            *(
-                figure(bland_altman(pairs), f"{name}: differences over mean sizes.")
-                for name, pairs in sets.items()
-            ),
+            *(part for name, pairs in sets.items() for part in _agreement_figures(name, pairs)),
         )
+
+
+def _agreement_figures(name: str, pairs: Sequence[SizePair]) -> Iterator[Html]:
+    caption = f"{name}: dotted, equal sizes; the line is the best straight one."
+    yield figure(line_fits(pairs), caption)
+    yield figure(bland_altman(pairs), f"{name}: differences over mean sizes.")
 
 
 def _size_rows(found: Evaluation) -> Iterator[list[str]]:

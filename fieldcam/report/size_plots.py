@@ -26,6 +26,8 @@ LEAST_REACH_MM = 0.5
 """Differences are shown from so much below to so much above their middle, or more."""
 MOST_PANELS = 3
 """Beside each other."""
+_LINES = {"camera": (CAMERA, "-"), "calipers": (CALIPERS, "--")}
+"""Colour and dash."""
 _MARKS = ("o", "^", "s", "D", "v", "P", "X")
 
 
@@ -37,6 +39,7 @@ def size_boxes(sets: Sets) -> Html:
             _boxes(axes, pairs)
             axes.set_title(name)
             axes.set_ylabel("diameter (mm)")
+        _name_colours(figure)
 
     return drawn(_panels_in(len(sets)), draw, "Box plots of sizes by day")
 
@@ -50,31 +53,22 @@ def size_cdfs(sets: Sets) -> Html:
             axes.set_title(name)
             axes.set_xlabel("diameter (mm)")
             axes.set_ylabel("share of fruitlets")
+        _name_colours(figure)
 
     return drawn(_panels_in(len(sets)), draw, "Cumulative distributions of sizes by day")
 
 
-def line_fits(sets: Sets) -> Html:
-    """A row for each set, a panel for each day: camera over calipers, line and identity."""
-    days = {name: _days(pairs) for name, pairs in sets.items()}
-    across = max([len(found) for found in days.values()], default=0) or 1
-    columns = min(across, MOST_PANELS)
-    rows = sum(-(-max(len(found), 1) // columns) for found in days.values())
+def line_fits(pairs: Sequence[SizePair]) -> Html:
+    """A panel for each day: camera over calipers, line and identity."""
+    days = _days(pairs)
 
     def draw(figure: Figure) -> None:
-        grid = figure.subplots(max(rows, 1), columns, squeeze=False)
-        top = 0
-        for name, pairs in sets.items():
-            taken = -(-max(len(days[name]), 1) // columns)
-            places = list(grid[top : top + taken].flat)
-            top += taken
-            for axes, day in zip(places, days[name], strict=False):
-                _fit(axes, [p for p in pairs if p.day == day])
-                axes.set_title(f"{name}, {_day(day)}" if len(sets) > 1 else _day(day))
-            for axes in places[len(days[name]) :]:
-                axes.set_axis_off()
+        for axes, day in zip(_panels(figure, len(days)), days, strict=True):
+            _fit(axes, [p for p in pairs if p.day == day])
+            axes.set_title(_day(day))
 
-    return drawn((PAGE_IN, 2.5 * max(rows, 1)), draw, "Camera over calipers by day")
+    rows = -(-len(days) // MOST_PANELS) or 1
+    return drawn((PAGE_IN, 2.5 * rows), draw, "Camera over calipers by day")
 
 
 def bland_altman(pairs: Sequence[SizePair]) -> Html:
@@ -116,9 +110,19 @@ def _panels(figure: Figure, count: int) -> list[Axes]:
     return panels[:count]
 
 
+def _name_colours(figure: Figure) -> None:
+    """One legend for all panels."""
+    axes = figure.axes[0]
+    shown = [
+        axes.plot([], [], color=colour, linestyle=dash, label=name)[0]
+        for name, (colour, dash) in _LINES.items()
+    ]
+    figure.legend(handles=shown, loc="outside lower center", ncols=len(shown))
+
+
 def _panels_in(count: int) -> tuple[float, float]:
     rows = -(-count // MOST_PANELS) or 1
-    return (4.8, 3.2) if count <= 1 else (PAGE_IN, 2.8 * rows)
+    return (4.8, 3.4) if count <= 1 else (PAGE_IN, 0.3 + 2.7 * rows)
 
 
 def _boxes(axes: Axes, pairs: Sequence[SizePair]) -> None:
@@ -126,7 +130,7 @@ def _boxes(axes: Axes, pairs: Sequence[SizePair]) -> None:
     if not days:
         empty(axes, "no sizes")
         return
-    for shift, name, colour in ((-0.2, "camera", CAMERA), (0.2, "calipers", CALIPERS)):
+    for shift, (name, (colour, dash)) in zip((-0.2, 0.2), _LINES.items(), strict=True):
         sizes = [_sizes(pairs, name, day) for day in days]
         lines = {"color": colour, "linewidth": 1.3}
         axes.boxplot(
@@ -136,16 +140,14 @@ def _boxes(axes: Axes, pairs: Sequence[SizePair]) -> None:
             showmeans=True,
             meanprops={"marker": "x", "markeredgecolor": colour, "markersize": 5},
             medianprops=lines | {"linewidth": 2},
-            boxprops=lines | {"linestyle": "-" if name == "camera" else "--"},
+            boxprops=lines | {"linestyle": dash},
             whiskerprops=lines,
             capprops=lines,
             flierprops={"marker": ".", "markersize": 3, "markeredgecolor": colour},
             manage_ticks=False,
         )
-        axes.plot([], [], color=colour, linestyle="-" if name == "camera" else "--", label=name)
     axes.set_xticks(range(len(days)), [_day(day) for day in days])
     axes.set_xlim(-0.6, len(days) - 0.4)
-    axes.legend(loc="upper left")
 
 
 def _cdfs(axes: Axes, pairs: Sequence[SizePair]) -> None:
@@ -155,16 +157,14 @@ def _cdfs(axes: Axes, pairs: Sequence[SizePair]) -> None:
         return
     for k, day in enumerate(days):
         strength = 0.35 + 0.65 * (k + 1) / len(days)
-        for name, colour, dash in (("camera", CAMERA, "-"), ("calipers", CALIPERS, "--")):
+        for name, (colour, dash) in _LINES.items():
             sizes = np.sort(_sizes(pairs, name, day))
             if len(sizes):
                 rising = np.arange(1, len(sizes) + 1) / len(sizes)
                 axes.step(
-                    sizes, rising, dash, where="post", color=colour, alpha=strength, linewidth=1.3,
-                    label=f"{name}, {_day(day)}",
-                )  # fmt: skip
+                    sizes, rising, dash, where="post", color=colour, alpha=strength, linewidth=1.3
+                )
     axes.set_ylim(0, 1.02)
-    axes.legend(loc="lower right", fontsize=7.5)
 
 
 def _fit(axes: Axes, pairs: Sequence[SizePair]) -> None:
