@@ -5,50 +5,22 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from called_commands import Capture, assert_one_sentence, run
 from checked_pages import words_of
-from made_clusters import made_view, ring
-from stored_walks import FIRST_DAY, MadeWalk, small_store
+from grown_walks import DAYS, GROWN, START, grown_field
 
 from fieldcam.errors import ExitCode
-from fieldcam.store.fruit_rows import CaliperIdentity
-from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.readings import reading_row
-from fieldcam.values import TagPose
 
-START = {11: (9.0, 8.0, 7.5, 8.5), 12: (7.0, 7.5, 8.2, 9.1)}
-GROWN = {11: (12.0, 9.0, 9.5, 8.9), 12: (10.5, 7.9, 8.4, 12.0)}
-LATER_DAYS = 4
-DAYS = (FIRST_DAY, FIRST_DAY.replace(day=FIRST_DAY.day + LATER_DAYS))
 OFF_MM = 0.1
 """The camera reads so much less than the calipers."""
 
 
 @pytest.fixture
 def field(tmp_path: Path) -> Path:
-    """A data folder with two visits of two clusters whose fruitlets are named 1 to 4."""
-    folder = tmp_path / "field"
-    with small_store(folder) as store:
-        walk = MadeWalk(store)
-        for days_later, sizes in ((0, START), (LATER_DAYS, GROWN)):
-            visit = walk.visit(days_later)
-            for tag_id, of_tag in sizes.items():
-                photograph(walk, visit, tag_id, of_tag)
-    return folder
-
-
-def photograph(walk: MadeWalk, visit: str, tag_id: int, sizes: Sequence[float]) -> None:
-    capture = walk.take(visit, tag_id).key
-    reading = made_view("", ring(sizes)).reading
-    assert isinstance(reading.tag, TagPose)
-    read = replace(reading, tag=replace(reading.tag, id=tag_id))
-    (key,) = walk.store.append(reading_row(capture, read, 400.0))
-    walk.store.append(Decision(capture, Action.ACCEPT))
-    walk.store.append(*(CaliperIdentity(key, n, str(n + 1)) for n in range(len(sizes))))
+    return grown_field(tmp_path / "field")
 
 
 def caliper_table(
@@ -101,7 +73,7 @@ def test_a_person_reads_tables_and_the_files_are_written(
         "--csv", files[0], "--report", files[1],
     )  # fmt: skip
     assert code == ExitCode.OK
-    assert f"{FIRST_DAY}" in out and "geometry" in out and "-0.10" in out
+    assert str(DAYS[0]) in out and "geometry" in out and "-0.10" in out
     assert all(str(file) in err for file in files)
     rows = list(csv.DictReader(files[0].open()))
     assert {row["block"] for row in rows} == {"North"}

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, name
 from fieldcam.cli.console import emit, emit_json, narrate
+from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
 
 if TYPE_CHECKING:
@@ -54,22 +55,12 @@ def _evaluate(arguments: argparse.Namespace) -> None:
             "Fill in the column fruit.",
         )
     with closing(open_read_only(data_path(arguments.data))) as store:
-        found = _evaluated(store, _block(store, arguments.block), table)
+        found = _evaluated(store, stored_block(store.database, arguments.block), table)
     _write(arguments, found)
     if arguments.json:
         emit_json(evaluation_report(found))
     else:
         emit("\n".join(evaluation_lines(found)))
-
-
-def _block(store: ReadOnlyStore, wanted: str) -> BlockSummary:
-    from fieldcam.store.blocks import block_named, blocks
-
-    found = block_named(store.database, wanted)
-    if found is None:
-        known = ", ".join(block.name for block in blocks(store.database)) or "none"
-        raise BadInput(f"There is no block {wanted}.", f"Blocks: {known}.")
-    return found
 
 
 def _evaluated(store: ReadOnlyStore, block: BlockSummary, table: CaliperTable) -> Evaluation:

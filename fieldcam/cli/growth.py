@@ -3,24 +3,43 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from contextlib import closing
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, day, positive_number
-from fieldcam.cli.console import emit, emit_json
+from fieldcam.cli.arguments import (
+    Parser,
+    Subparsers,
+    add_command,
+    add_json,
+    day,
+    name,
+    positive_number,
+)
+from fieldcam.cli.console import emit, emit_json, narrate
+from fieldcam.cli.progress import progress
+from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
+from fieldcam.growth.places import Association
 
 if TYPE_CHECKING:
     from fieldcam.growth.crop import CropPlan
-    from fieldcam.growth.records import BlockRecord
+    from fieldcam.report.growth_page import GrowthStory
+    from fieldcam.session.block_growth import BlockGrowth, KnownCluster
+    from fieldcam.store.blocks import BlockSummary
+    from fieldcam.store.read_only import ReadOnlyStore
+
+WHY_HTML = "the report is a page"
+SIMULATED = "The captures are simulated."
 
 
 def register(commands: Subparsers[Parser]) -> None:
     parser = add_command(commands, "growth", "growth rates and predicted fruit set", _growth)
-    parser.add_argument(
-        "--calipers", type=Path, required=True, metavar="CSV", help="a caliper table or workbook"
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument("--block", type=name, metavar="NAME", help="a stored block (the newest)")
+    source.add_argument(
+        "--calipers", type=Path, metavar="CSV", help="a caliper table or workbook instead"
     )
     parser.add_argument(
         "--dates",
@@ -28,6 +47,13 @@ def register(commands: Subparsers[Parser]) -> None:
         default=(),
         metavar="D1,D2,...",
         help="of the visits, where the table only numbers them",
+    )
+    parser.add_argument(
+        "--associate",
+        type=Association,
+        choices=list(Association),
+        default=Association.GEOMETRY,
+        help="how fruitlets are followed from picture to picture (%(default)s)",
     )
     parser.add_argument(
         "--from", dest="start", type=day, metavar="DATE", help="the first of the two visits"
@@ -49,43 +75,117 @@ def register(commands: Subparsers[Parser]) -> None:
         metavar="DATE",
         help="a day of thinning; may be given again",
     )
+    parser.add_argument("--report", type=Path, metavar="HTML", help="write a page to print")
     add_json(parser)
 
 
 def _growth(arguments: argparse.Namespace) -> None:
-    from fieldcam.exchange.calipers import read_calipers
-
-    plan = _plan(arguments)
-    table = read_calipers(arguments.calipers, arguments.dates)
-    print_growth(arguments, table.record, table.notes, plan)
-
-
-def print_growth(
-    arguments: argparse.Namespace,
-    record: BlockRecord,
-    notes: Sequence[str],
-    plan: CropPlan | None,
-) -> None:
-    """The forecast of a block, wherever its sizes came from."""
     from fieldcam.cli.growth_words import growth_lines
     from fieldcam.exchange.growth_report import growth_report
-    from fieldcam.growth.crop import crop_forecast
-    from fieldcam.growth.forecast import forecast, trend
-    from fieldcam.growth.visits import chosen_interval
-    from fieldcam.growth.warnings import warnings_about
+    from fieldcam.exchange.targets import check_target
 
-    found = forecast(record, *chosen_interval(record, arguments.start, arguments.end))
-    told = (
-        found,
-        warnings_about(found, arguments.sprayed),
-        trend(record),
-        None if plan is None else crop_forecast(found, plan),
-        notes,
-    )
+    if arguments.report is not None:
+        check_target(arguments.report, ".html", WHY_HTML)
+    story = _of_stored(arguments) if arguments.calipers is None else _of_table(arguments)
+    if arguments.report is not None:
+        _write_page(arguments.report, story)
+    told = (story.found, story.warnings, story.trend, story.crop, story.notes)
     if arguments.json:
         emit_json(growth_report(*told))
     else:
         emit("\n".join(growth_lines(*told)))
+
+
+def _of_table(arguments: argparse.Namespace) -> GrowthStory:
+    from fieldcam.exchange.calipers import read_calipers
+    from fieldcam.growth.crop import crop_forecast
+    from fieldcam.growth.forecast import forecast, trend
+    from fieldcam.growth.visits import chosen_interval
+    from fieldcam.growth.warnings import warnings_about
+    from fieldcam.report.growth_page import GrowthStory
+
+    plan = _plan(arguments)
+    table = read_calipers(arguments.calipers, arguments.dates)
+    found = forecast(table.record, *chosen_interval(table.record, arguments.start, arguments.end))
+    return GrowthStory(
+        found,
+        trend(table.record),
+        warnings_about(found, arguments.sprayed),
+        None if plan is None else crop_forecast(found, plan),
+        table.notes,
+        arguments.sprayed,
+    )
+
+
+def _of_stored(arguments: argparse.Namespace) -> GrowthStory:
+    from fieldcam.store.folder import data_path
+    from fieldcam.store.read_only import open_read_only
+
+    _refuse_table_options(arguments)
+    with closing(open_read_only(data_path(arguments.data))) as store:
+        return _of_block(arguments, store, stored_block(store.database, arguments.block))
+
+
+def _of_block(
+    arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary
+) -> GrowthStory:
+    from fieldcam.report.growth_page import GrowthStory
+    from fieldcam.session.block_growth import COMPARED, block_growth, known_clusters
+    from fieldcam.session.growing import block_rows
+    from fieldcam.store.folder import DataKind
+
+    method: Association = arguments.associate
+    methods = tuple(dict.fromkeys((method, *COMPARED)))
+    rows = block_rows(store.database, block.id)
+    known = tuple(progress(known_clusters(store.database, rows, {}, methods), len(rows)))
+    between = arguments.start, arguments.end
+    growth = block_growth(store.database, block.id, known, method, between)
+    simulated = store.folder.kind is DataKind.SIMULATED
+    pictures = arguments.report is not None
+    return GrowthStory(
+        growth.found,
+        growth.trend,
+        growth.warnings,
+        growth.crop,
+        (SIMULATED,) if simulated else (),
+        [spray.sprayed_on for spray in growth.sprays],
+        growth.by_size_order,
+        _thumbnails(store, known, growth, method) if pictures else {},
+        simulated,
+    )
+
+
+def _thumbnails(
+    store: ReadOnlyStore, known: tuple[KnownCluster, ...], growth: BlockGrowth, method: Association
+) -> dict[int, bytes]:
+    from fieldcam.session.cluster_pictures import cluster_pictures
+
+    tracked = ((each, each.tracked[method]) for each in known)
+    return cluster_pictures(store.database, tracked, growth.found.end.days[-1])
+
+
+def _write_page(path: Path, story: GrowthStory) -> None:
+    from fieldcam.exchange.targets import write_target
+    from fieldcam.report.growth_page import growth_page
+
+    write_target(path, growth_page(story).encode())
+    narrate(f"Wrote {path}.")
+
+
+def _refuse_table_options(arguments: argparse.Namespace) -> None:
+    """What a stored block knows itself is said once, in Set-up."""
+    given = {
+        "--dates": arguments.dates,
+        "--bloom-clusters": arguments.bloom_clusters,
+        "--target": arguments.target,
+        "--sprayed": arguments.sprayed,
+    }
+    for option, value in given.items():
+        if value:
+            raise BadInput(
+                f"{option} goes with --calipers.",
+                "Of a stored block Set-up (E) in the app says it.",
+            )
 
 
 def _plan(arguments: argparse.Namespace) -> CropPlan | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import date
 from statistics import mean
 
 from sqlite_utils import Database
@@ -76,13 +77,20 @@ def known_clusters(
         )
 
 
-def block_growth(database: Database, block: EntryId, known: Sequence[KnownCluster]) -> BlockGrowth:
-    """Of the newest visit against the one that it is best compared with.
+def block_growth(
+    database: Database,
+    block: EntryId,
+    known: Sequence[KnownCluster],
+    method: Association = Association.GEOMETRY,
+    between: tuple[date | None, date | None] = (None, None),
+) -> BlockGrowth:
+    """Between two visits, each named by a day of it; else of the newest visit against the one
+    that it is best compared with.
 
-    Raises BadInput where there are no two visits, or nothing grew between them.
+    Raises BadInput where there are no such visits, or nothing grew between them.
     """
-    record = block_record(database, block, known, Association.GEOMETRY)
-    interval = chosen_interval(record)
+    record = block_record(database, block, known, method)
+    interval = chosen_interval(record, *between)
     found = forecast(record, *interval)
     by_size = block_record(database, block, known, Association.SIZE_ORDER)
     by_size_order = forecast(by_size, *interval)

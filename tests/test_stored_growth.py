@@ -1,0 +1,109 @@
+"""`fieldcam growth` of a stored block, and the page that it writes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from called_commands import Capture, assert_one_sentence, run
+from checked_pages import words_of
+from grown_walks import DAYS, grown_field
+from planned_blocks import Measuring, measured_block
+from stored_walks import MadeWalk, small_store
+
+from fieldcam.errors import ExitCode
+from fieldcam.exchange.calipers import wide_table
+from fieldcam.growth.records import Source
+from fieldcam.simulator.plan import Block
+
+
+@pytest.fixture
+def field(tmp_path: Path) -> Path:
+    return grown_field(tmp_path / "field")
+
+
+@pytest.mark.parametrize(
+    ("options", "persist"),
+    [([], 5), (["--block", "North"], 5), (["--associate", "size-order"], 8)],
+    ids=["newest", "named", "by size order"],
+)
+def test_a_stored_block_is_forecast(
+    capsys: Capture, field: Path, options: list[str], persist: int
+) -> None:
+    code, out, _ = run(capsys, "growth", "--data", field, "--json", *options)
+    found = json.loads(out)
+    assert code == ExitCode.OK
+    assert (found["block"], found["from"], found["to"]) == ("North", *map(str, DAYS))
+    assert (found["initial"], found["persist"]) == (8, persist)
+    assert found["notes"] == []
+
+
+def test_the_page_shows_each_cluster_with_its_picture(
+    capsys: Capture, field: Path, tmp_path: Path
+) -> None:
+    page = tmp_path / "north.html"
+    code, _, err = run(capsys, "growth", "--data", field, "--report", page)
+    assert code == ExitCode.OK and str(page) in err
+    text = page.read_text()
+    assert text.count("data:image/jpeg;base64,") == 2
+    assert "Fruit set of North" in words_of(text)
+    assert "The cluster at tag 12" in text
+
+
+def test_a_page_can_be_had_without_the_pictures_files(
+    capsys: Capture, field: Path, tmp_path: Path
+) -> None:
+    for file in (field / "objects").rglob("*.pgm"):
+        file.unlink()
+    page = tmp_path / "north.html"
+    code, _, _ = run(capsys, "growth", "--data", field, "--report", page)
+    assert code == ExitCode.OK
+    assert "data:image" not in page.read_text()
+
+
+def test_a_caliper_table_has_a_page_too(capsys: Capture, tmp_path: Path) -> None:
+    table = tmp_path / "gala.csv"
+    record = measured_block(Block.plan(61, 20), Measuring(Source.CALIPERS, (0, 4, 8)), 61)
+    table.write_text(wide_table(record))
+    page = tmp_path / "gala.html"
+    plan = ("--bloom-clusters", 100, "--target", 1, "--sprayed", "2026-05-11")
+    code, _, _ = run(capsys, "growth", "--calipers", table, *plan, "--report", page)
+    assert code == ExitCode.OK
+    text = words_of(page.read_text())
+    assert "Fruit set of gala" in text and "thin again" in text and "spray 11 May" in text
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--block", "South"], "Blocks: North."),
+        (["--block", "North", "--calipers", "a.csv"], "not allowed with"),
+        (["--target", "50"], "--target goes with --calipers"),
+        (["--report", "page.pdf"], "must end in .html"),
+        (["--report", "nowhere/page.html"], "nowhere"),
+        (["--associate", "magic"], "magic"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_what_cannot_be_forecast_is_told_in_one_sentence(
+    capsys: Capture, field: Path, options: list[str], says: str
+) -> None:
+    done = run(capsys, "growth", "--data", field, *options)
+    assert_one_sentence(*done, ExitCode.BAD_INPUT)
+    assert says in done[2]
+
+
+def test_a_block_without_visits_is_told(capsys: Capture, tmp_path: Path) -> None:
+    folder = tmp_path / "new"
+    with small_store(folder) as store:
+        MadeWalk(store)
+    assert_one_sentence(*run(capsys, "growth", "--data", folder), ExitCode.BAD_INPUT)
+
+
+def test_a_day_without_a_visit_is_told_after_the_clusters_were_followed(
+    capsys: Capture, field: Path
+) -> None:
+    code, out, err = run(capsys, "growth", "--data", field, "--from", "2026-05-20")
+    assert (code, out) == (ExitCode.BAD_INPUT, "")
+    assert err.splitlines()[-1].startswith("fieldcam: Block North was not measured on 2026-05-20.")
