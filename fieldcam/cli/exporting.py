@@ -1,0 +1,56 @@
+"""`fieldcam export`: what is stored, for other programs."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fieldcam.cli.arguments import Parser, Subparsers, add_command, name
+from fieldcam.cli.console import narrate
+from fieldcam.cli.progress import progress
+from fieldcam.cli.stored_block import stored_block
+
+if TYPE_CHECKING:
+    from fieldcam.growth.records import BlockRecord
+
+WHY_CSV = "it is a table for spreadsheets"
+
+
+def register(commands: Subparsers[Parser]) -> None:
+    parser = commands.add_parser("export", help="what is stored, for other programs")
+    shapes = parser.add_subparsers(title="shapes", metavar="SHAPE", required=True)
+    wide = add_command(shapes, "wide", "a row for each fruitlet, a column for each visit", _wide)
+    wide.add_argument("out", type=Path, metavar="OUT", help="the CSV file to write")
+    wide.add_argument("--block", type=name, metavar="NAME", help="a stored block (the newest)")
+
+
+def _wide(arguments: argparse.Namespace) -> None:
+    from fieldcam.exchange.calipers import wide_table
+    from fieldcam.exchange.targets import check_target, write_target
+
+    check_target(arguments.out, ".csv", WHY_CSV)
+    record = _followed(arguments)
+    write_target(arguments.out, wide_table(record).encode())
+    narrate(
+        f"Wrote {len(record.fruitlets)} fruitlets of block {record.name} to {arguments.out};"
+        f" `fieldcam growth --calipers {arguments.out}` reads it."
+    )
+
+
+def _followed(arguments: argparse.Namespace) -> BlockRecord:
+    """The block's fruitlets, followed as `fieldcam growth` does."""
+    from fieldcam.growth.places import Association
+    from fieldcam.session.block_growth import block_record, known_clusters
+    from fieldcam.session.growing import block_rows
+    from fieldcam.store.folder import data_path
+    from fieldcam.store.read_only import open_read_only
+
+    method = Association.GEOMETRY
+    with closing(open_read_only(data_path(arguments.data))) as store:
+        block = stored_block(store.database, arguments.block)
+        rows = block_rows(store.database, block.id)
+        known = known_clusters(store.database, rows, {}, (method,))
+        followed = tuple(progress(known, len(rows)))
+        return block_record(store.database, block.id, followed, method)

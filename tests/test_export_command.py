@@ -1,0 +1,58 @@
+"""`fieldcam export wide`: a stored block as a spreadsheet, which `growth` reads back."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from called_commands import Capture, assert_one_sentence, run
+from grown_walks import DAYS, grown_field
+
+from fieldcam.errors import ExitCode
+
+
+@pytest.fixture
+def field(tmp_path: Path) -> Path:
+    return grown_field(tmp_path / "field")
+
+
+def test_the_table_gives_the_forecast_of_the_block(
+    capsys: Capture, field: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "north.csv"
+    code, printed, err = run(capsys, "export", "wide", out, "--data", field)
+    assert (code, printed) == (ExitCode.OK, "")
+    assert "fruitlets of block North" in err
+    stored = json.loads(run(capsys, "growth", "--data", field, "--json")[1])
+    table = json.loads(run(capsys, "growth", "--calipers", out, "--json")[1])
+    for field_name in ("from", "to", "initial", "not_seen", "fallen"):
+        assert table[field_name] == stored[field_name]
+
+
+def test_the_table_has_a_column_for_each_visit(
+    capsys: Capture, field: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "north.csv"
+    run(capsys, "export", "wide", out, "--block", "North", "--data", field)
+    heading = next(csv.reader(out.read_text().splitlines()))
+    assert heading[:3] == ["tree", "cluster", "fruit"]
+    assert heading[3 : 3 + len(DAYS)] == [f"diam.{day}" for day in DAYS]
+
+
+@pytest.mark.parametrize(
+    ("argv", "named"),
+    [
+        (["export", "wide", "north.txt"], "north.txt must end in .csv"),
+        (["export", "wide", "no/where.csv"], "There is no folder"),
+        (["export", "wide", "out.csv", "--block", "South"], "There is no block South"),
+        (["export", "tall", "out.csv"], "invalid choice"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    capsys: Capture, field: Path, argv: list[str], named: str
+) -> None:
+    code, out, err = run(capsys, "--data", field, *argv)
+    assert_one_sentence(code, out, err, ExitCode.BAD_INPUT)
+    assert named in err
