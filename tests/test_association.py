@@ -17,9 +17,9 @@ from fieldcam.growth.association.joining import join
 from fieldcam.growth.association.paper import match_by_paper
 from fieldcam.growth.association.points import points_of
 from fieldcam.growth.association.size_order import match_by_size_order
-from fieldcam.growth.places import Association, ClusterVisit, Place, Track, Word
+from fieldcam.growth.places import Association, ClusterVisit, Place, SizeRule, Track, Word
 from fieldcam.growth.records import Presence
-from fieldcam.growth.tracking import SizeRule, track
+from fieldcam.growth.tracking import track
 
 GROWN = 0.9
 """mm of growth over the two days between the made visits."""

@@ -41,6 +41,11 @@ def calipers(tmp_path: Path) -> Path:
     return path
 
 
+def test_a_table_gets_the_name_of_the_block(capsys: Capture, calipers: Path) -> None:
+    _, out, _ = run(capsys, "growth", "--calipers", calipers, "--block", "North", "--json")
+    assert json.loads(out)["block"] == "North"
+
+
 def test_the_document_holds_what_scripts_rely_on(capsys: Capture, calipers: Path) -> None:
     code, out, _ = run(capsys, "growth", "--calipers", str(calipers), "--json")
     found = json.loads(out)

@@ -78,7 +78,6 @@ def test_a_caliper_table_has_a_page_too(capsys: Capture, tmp_path: Path) -> None
     ("options", "says"),
     [
         (["--block", "South"], "Blocks: North."),
-        (["--block", "North", "--calipers", "a.csv"], "not allowed with"),
         (["--target", "50"], "--target goes with --calipers"),
         (["--report", "page.pdf"], "must end in .html"),
         (["--report", "nowhere/page.html"], "nowhere"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from contextlib import closing
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +22,7 @@ from fieldcam.cli.console import emit, emit_json, narrate
 from fieldcam.cli.progress import progress
 from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
-from fieldcam.growth.places import Association
+from fieldcam.growth.places import Association, SizeRule
 
 if TYPE_CHECKING:
     from fieldcam.growth.crop import CropPlan
@@ -36,9 +37,10 @@ SIMULATED = "The captures are simulated."
 
 def register(commands: Subparsers[Parser]) -> None:
     parser = add_command(commands, "growth", "growth rates and predicted fruit set", _growth)
-    source = parser.add_mutually_exclusive_group()
-    source.add_argument("--block", type=name, metavar="NAME", help="a stored block (the newest)")
-    source.add_argument(
+    parser.add_argument(
+        "--block", type=name, metavar="NAME", help="a stored block (the newest), or the table's"
+    )
+    parser.add_argument(
         "--calipers", type=Path, metavar="CSV", help="a caliper table or workbook instead"
     )
     parser.add_argument(
@@ -54,6 +56,13 @@ def register(commands: Subparsers[Parser]) -> None:
         choices=list(Association),
         default=Association.GEOMETRY,
         help="how fruitlets are followed from picture to picture (%(default)s)",
+    )
+    parser.add_argument(
+        "--same-day",
+        type=SizeRule,
+        choices=list(SizeRule),
+        default=SizeRule.LARGER,
+        help="which size counts where two pictures of a day show a fruitlet (%(default)s)",
     )
     parser.add_argument(
         "--from", dest="start", type=day, metavar="DATE", help="the first of the two visits"
@@ -106,10 +115,11 @@ def _of_table(arguments: argparse.Namespace) -> GrowthStory:
 
     plan = _plan(arguments)
     table = read_calipers(arguments.calipers, arguments.dates)
-    found = forecast(table.record, *chosen_interval(table.record, arguments.start, arguments.end))
+    record = replace(table.record, name=arguments.block or table.record.name)
+    found = forecast(record, *chosen_interval(record, arguments.start, arguments.end))
     return GrowthStory(
         found,
-        trend(table.record),
+        trend(record),
         warnings_about(found, arguments.sprayed),
         None if plan is None else crop_forecast(found, plan),
         table.notes,
@@ -137,7 +147,9 @@ def _of_block(
     method: Association = arguments.associate
     methods = tuple(dict.fromkeys((method, *COMPARED)))
     rows = block_rows(store.database, block.id)
-    known = tuple(progress(known_clusters(store.database, rows, {}, methods), len(rows)))
+    known = tuple(
+        progress(known_clusters(store.database, rows, {}, methods, arguments.same_day), len(rows))
+    )
     between = arguments.start, arguments.end
     growth = block_growth(store.database, block.id, known, method, between)
     simulated = store.folder.kind is DataKind.SIMULATED

@@ -18,6 +18,14 @@ class Association(StrEnum):
     SIZE_ORDER = "size-order"
 
 
+class SizeRule(StrEnum):
+    """Which size counts where two pictures of one day show a fruitlet."""
+
+    LARGER = "larger"
+    """As in the paper."""
+    BETTER_SEEN = "better-seen"
+
+
 @dataclass(frozen=True, slots=True, order=True)
 class Place:
     """One fruitlet in one reading."""

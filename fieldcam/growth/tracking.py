@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import StrEnum
 from itertools import accumulate
 
 import numpy as np
@@ -11,16 +10,16 @@ import numpy as np
 from fieldcam.growth.association.joining import join
 from fieldcam.growth.comparing import ByPair, Picture, compare, log_odds, pictures_of
 from fieldcam.growth.missing import Chances, Shown, chances_fallen, presences
-from fieldcam.growth.places import Association, ClusterVisit, Seen, Track, TrackedVisit, Word
+from fieldcam.growth.places import (
+    Association,
+    ClusterVisit,
+    Seen,
+    SizeRule,
+    Track,
+    TrackedVisit,
+    Word,
+)
 from fieldcam.growth.records import Presence, Sighting
-
-
-class SizeRule(StrEnum):
-    """Which size counts where two pictures of one day show a fruitlet."""
-
-    LARGER = "larger"
-    """As in the paper."""
-    BETTER_SEEN = "better-seen"
 
 
 def track(

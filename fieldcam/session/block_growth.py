@@ -17,7 +17,7 @@ from fieldcam.growth.crop import CropForecast, CropPlan, crop_forecast
 from fieldcam.growth.forecast import Forecast, forecast, trend
 from fieldcam.growth.from_tracks import TrackedCluster, camera_record, tracked_cluster
 from fieldcam.growth.influence import ClusterInfluence, influences
-from fieldcam.growth.places import Association
+from fieldcam.growth.places import Association, SizeRule
 from fieldcam.growth.records import BlockRecord
 from fieldcam.growth.visits import chosen_interval
 from fieldcam.growth.warnings import Warning, warnings_about
@@ -60,6 +60,7 @@ def known_clusters(
     rows: Sequence[ClusterRows],
     before: Mapping[int, KnownCluster],
     methods: Sequence[Association] = COMPARED,
+    size_rule: SizeRule = SizeRule.LARGER,
 ) -> Iterator[KnownCluster]:
     """One after the other, so that whoever asks may stop; `before` is what is known by tag."""
     for each in rows:
@@ -71,7 +72,9 @@ def known_clusters(
         yield KnownCluster(
             each,
             {
-                method: tracked_cluster(each.tag_id, cluster.visits, tracks_of(cluster, method))
+                method: tracked_cluster(
+                    each.tag_id, cluster.visits, tracks_of(cluster, method, size_rule)
+                )
                 for method in methods
             },
         )

@@ -8,7 +8,15 @@ from itertools import groupby
 
 from sqlite_utils import Database
 
-from fieldcam.growth.places import Association, ClusterVisit, Place, Track, View, Word
+from fieldcam.growth.places import (
+    Association,
+    ClusterVisit,
+    Place,
+    SizeRule,
+    Track,
+    View,
+    Word,
+)
 from fieldcam.store.counted import CountedPicture, CountedVisit, association_words, counted_visits
 from fieldcam.store.fruit_rows import AssociationWord
 from fieldcam.store.readings import stored_reading
@@ -59,7 +67,9 @@ def followed_cluster(database: Database, rows: ClusterRows) -> FollowedCluster:
 
 
 def tracks_of(
-    cluster: FollowedCluster, method: Association = Association.GEOMETRY
+    cluster: FollowedCluster,
+    method: Association = Association.GEOMETRY,
+    size_rule: SizeRule = SizeRule.LARGER,
 ) -> tuple[Track, ...]:
     """The cluster's fruitlets over its visits.
 
@@ -67,7 +77,7 @@ def tracks_of(
     """
     from fieldcam.growth.tracking import track
 
-    return track(cluster.visits, method, cluster.words)
+    return track(cluster.visits, method, cluster.words, size_rule)
 
 
 def word_row(word: Word) -> AssociationWord:
