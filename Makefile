@@ -12,9 +12,10 @@ DEMO_ARGS ?=
 PYTEST_ARGS ?=
 TORTURE_ARGS ?=
 MEASURE_ARGS ?=
+STUDY_ARGS ?=
 COVERAGE_ARGS ?=
 
-.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture soak measure sweep-calibrations coverage clean
+.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture soak measure sweep-calibrations coverage study clean
 
 demo: $(VENV)/.demo-ready
 	$(BIN)/fieldcam demo $(DEMO_ARGS)
@@ -54,6 +55,10 @@ measure: $(VENV)/.test-ready
 
 sweep-calibrations: $(VENV)/.test-ready
 	PYTHONPATH=tests $(BIN)/python -m sweep_calibrations
+
+study: $(VENV)/.test-ready
+	$(BIN)/python -m export.study_captures $(STUDY_ARGS)
+	$(BIN)/python -m export.study $(STUDY_ARGS)
 
 coverage: $(VENV)/.test-ready
 	PYTHONPATH=tests $(BIN)/python -m growth_coverage $(COVERAGE_ARGS)

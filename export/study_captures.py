@@ -1,7 +1,7 @@
 """Renders and reads the blocks of the growth study; a run that was cut short goes on.
 
-`nice python -m export.study_captures [--part tuning|study] [--clusters N] [--views N]`
-keeps each capture's readings beside its truth as one file under export/.cache/study.
+`nice make study`, or `python -m export.study_captures [--part tuning] [--clusters N]
+[--views N]`, keeps each capture's readings beside its truth as one file under export/.cache/study.
 Pictures are not kept: they follow from the seeds. Clusters are taken in turn over all
 sets, so that a run that is stopped early holds the first clusters of every set.
 """
