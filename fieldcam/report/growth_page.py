@@ -184,7 +184,7 @@ def _fruitlet(each: FruitletForecast, found: Forecast) -> str:
 
 
 def _lines(lines: Iterable[str]) -> Html:
-    return Html("<br>".join(map(escaped, lines)))
+    return element("span", Html("<br>".join(map(escaped, lines))), "lines")
 
 
 def _size(each: FruitletForecast, days: Sequence[date]) -> str:

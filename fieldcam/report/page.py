@@ -20,8 +20,10 @@ class Html(str):
 
 
 def escaped(text: str) -> Html:
-    """As markup; what is markup already stays."""
-    return text if isinstance(text, Html) else Html(html.escape(text))
+    """As markup, in which a number stays with its percent sign; what is markup already stays."""
+    if isinstance(text, Html):
+        return text
+    return Html(html.escape(text).replace(" %", "\N{NO-BREAK SPACE}%"))
 
 
 def page(title: str, parts: Iterable[str], simulated: bool = False) -> str:
