@@ -74,18 +74,14 @@ def test_visit_without_a_picture_decides_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("said", "pose", "expected"),
-    [
-        ({"fallen": 1}, LEAF, Presence.FALLEN),
-        ({"missing": Presence.FALLEN}, LEAF, Presence.FALLEN),
-        ({"hidden": 1}, None, Presence.NOT_SEEN),
-        ({"missing": Presence.NOT_SEEN}, None, Presence.NOT_SEEN),
-    ],
+    ("fallen", "hidden", "pose", "expected"),
+    [(1, 0, LEAF, Presence.FALLEN), (0, 1, None, Presence.NOT_SEEN)],
+    ids=["fallen", "hidden"],
 )
 def test_operators_mark_comes_first(
-    said: dict[str, object], pose: Pose | None, expected: Presence
+    fallen: int, hidden: int, pose: Pose | None, expected: Presence
 ) -> None:
-    marked = replace(missing_at(2, pose), **said)  # type: ignore[arg-type]
+    marked = replace(missing_at(2, pose), fallen=fallen, hidden=hidden)
     assert presences([START, marked])[1] is expected
 
 

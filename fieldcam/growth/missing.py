@@ -52,8 +52,6 @@ def presences(
 
 def _told(visit: ClusterVisit, chances: Sequence[float]) -> list[bool]:
     """Which of the missing have fallen, those with the best chances first."""
-    if visit.missing is not None:
-        return [visit.missing is Presence.FALLEN] * len(chances)
     surely = len(chances) - visit.hidden
     return [
         k < surely and (k < visit.fallen or chance >= FALLEN_FROM)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from datetime import date
 from enum import StrEnum
 
-from fieldcam.growth.records import Presence, Sighting
+from fieldcam.growth.records import Sighting
 from fieldcam.values import ClusterReading, Points
 
 
@@ -72,8 +72,6 @@ class ClusterVisit:
     """Fruitlets that the operator said have fallen since the visit before."""
     hidden: int = 0
     """Fruitlets that the operator said hang there, hidden."""
-    missing: Presence | None = None
-    """The operator's answer for all that are missing, FALLEN or NOT_SEEN, where one was given."""
 
 
 @dataclass(frozen=True, slots=True)
