@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, name
 from fieldcam.cli.console import emit, emit_json, narrate
+from fieldcam.cli.progress import progress
 from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
 
 if TYPE_CHECKING:
     from fieldcam.exchange.calipers import CaliperTable
-    from fieldcam.growth.evaluation.evaluating import Evaluation
+    from fieldcam.growth.evaluation.evaluating import Evaluation, ReadingsScore
     from fieldcam.growth.records import BlockRecord
     from fieldcam.store.blocks import BlockSummary
     from fieldcam.store.read_only import ReadOnlyStore
@@ -31,6 +32,11 @@ def register(commands: Subparsers[Parser]) -> None:
     parser.add_argument("--block", type=name, required=True, metavar="NAME", help="the block")
     parser.add_argument(
         "--calipers", type=Path, required=True, metavar="FILE", help="a caliper table or workbook"
+    )
+    parser.add_argument(
+        "--sgbm",
+        action="store_true",
+        help="also read every picture again with SGBM stereo, a second or so each",
     )
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write the figures as a table")
     parser.add_argument(
@@ -55,7 +61,8 @@ def _evaluate(arguments: argparse.Namespace) -> None:
             "Fill in the column fruit.",
         )
     with closing(open_read_only(data_path(arguments.data))) as store:
-        found = _evaluated(store, stored_block(store.database, arguments.block), table)
+        block = stored_block(store.database, arguments.block)
+        found = _evaluated(arguments, store, block, table)
     _write(arguments, found)
     if arguments.json:
         emit_json(evaluation_report(found))
@@ -63,7 +70,9 @@ def _evaluate(arguments: argparse.Namespace) -> None:
         emit("\n".join(evaluation_lines(found)))
 
 
-def _evaluated(store: ReadOnlyStore, block: BlockSummary, table: CaliperTable) -> Evaluation:
+def _evaluated(
+    arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary, table: CaliperTable
+) -> Evaluation:
     from fieldcam.growth.evaluation.evaluating import Evaluation, score_readings
     from fieldcam.session.evaluating import named_clusters, seconds_per_cluster
     from fieldcam.store.blocks import visits
@@ -80,14 +89,40 @@ def _evaluated(store: ReadOnlyStore, block: BlockSummary, table: CaliperTable) -
             " in the caliper table.",
             "Name the fruitlets on the Cluster screen as the table does.",
         )
+    others = (_by_sgbm(arguments, store, block, calipers, forecasts),) if arguments.sgbm else ()
     return Evaluation(
         block.name,
         forecasts.persist_pct(calipers),
-        (readings,),
+        (readings, *others),
         seconds_per_cluster(store.database, block.id),
         store.folder.kind is DataKind.SIMULATED,
         (*table.notes, *forecasts.whys),
     )
+
+
+def _by_sgbm(
+    arguments: argparse.Namespace,
+    store: ReadOnlyStore,
+    block: BlockSummary,
+    calipers: BlockRecord,
+    forecasts: _Forecasts,
+) -> ReadingsScore:
+    """The paper's SGBM-FGMP, on the same pictures and masks."""
+    from fieldcam.cli.networks import checked_models
+    from fieldcam.growth.evaluation.evaluating import score_readings
+    from fieldcam.growth.places import Association
+    from fieldcam.session.evaluating import named_clusters
+    from fieldcam.session.growing import block_rows
+    from fieldcam.session.rereading import read_again
+    from fieldcam.values import Matcher, Settings
+    from fieldcam.vision.pipeline import Pipeline
+
+    pipeline = Pipeline.from_models(checked_models(arguments.data))
+    clusters = named_clusters(store.database, block.id)
+    again = read_again(store.database, clusters, pipeline, Settings(stereo=Matcher.SGBM))
+    shown = progress(again, len(block_rows(store.database, block.id)))
+    methods = (Association.GEOMETRY,)
+    return score_readings("read again with SGBM", shown, calipers, forecasts.persist_pct, methods)
 
 
 class _Forecasts:
