@@ -55,21 +55,33 @@ def distributions(likelihood: Floats, weights: Floats) -> Floats:
 
 
 def drawn_rates(
-    rng: np.random.Generator, distribution: Floats, likelihood: Floats, grid: Floats
+    rng: np.random.Generator,
+    distribution: Floats,
+    likelihood: Floats,
+    shares: Floats,
+    grid: Floats,
 ) -> Floats:
-    """(R, N) true rates, one draw for each distribution (R, G) and fruitlet (N, G)."""
+    """(R, N) true rates, one draw for each distribution (R, G) and fruitlet (N, G).
+
+    `shares` (R, N) are those of the weight that made the distribution. What a fruitlet put
+    into it is taken out again: its own error would vouch for itself.
+    """
     return np.concatenate(
         [
-            _drawn(rng, distribution[at : at + _CHUNK, None, :] * likelihood, grid)
-            for at in range(0, len(distribution), _CHUNK)
+            _drawn(rng, distribution[part, None, :], likelihood, shares[part, :, None], grid)
+            for part in (slice(at, at + _CHUNK) for at in range(0, len(distribution), _CHUNK))
         ]
     )
 
 
-def _drawn(rng: np.random.Generator, weights: Floats, grid: Floats) -> Floats:
-    """(R, N) rates for weights (R, N, G) of the grid's; between its points they are even."""
-    rising = np.cumsum(weights, axis=2)
-    share = rng.random(rising.shape[:2]) * rising[:, :, -1]
-    places = (rising < share[:, :, None]).sum(axis=2)
+def _drawn(
+    rng: np.random.Generator, distribution: Floats, likelihood: Floats, shares: Floats, grid: Floats
+) -> Floats:
+    """(R, N) rates; between the grid's points all are as likely."""
+    own = distribution * likelihood
+    own *= shares / own.sum(axis=2, keepdims=True)
+    rising = np.cumsum(np.maximum(distribution - own, _LEAST) * likelihood, axis=2)
+    drawn = rng.random(rising.shape[:2]) * rising[:, :, -1]
+    places = (rising < drawn[:, :, None]).sum(axis=2)
     step = grid[1] - grid[0]
     return np.asarray(grid[places] + step * (rng.random(places.shape) - 0.5))

@@ -52,19 +52,17 @@ def resample(followed: Sequence[Followed], noise: SizingNoise) -> Resampled:
     """Needs at least one fruitlet with a growth rate."""
     rng = np.random.default_rng(_SEED)
     tags, cluster = np.unique([each.fruitlet.tag_id for each in followed], return_inverse=True)
-    rates = _true_rates(rng, followed, _weighted(rng, len(tags))[:, cluster], noise)
-    even = np.ones_like(rates)
+    rates, stands_for = _imputed(rng, followed, _weighted(rng, len(tags))[:, cluster], noise)
     # Other weights than those of the distributions: those would count an odd cluster twice.
-    clusters = _weighted(rng, len(tags))
-    weights = clusters[:, cluster]
-    weights *= len(followed) / weights.sum(axis=1, keepdims=True)
-    of_tagged, of_trees = _set_shares(rates, even), _set_shares(rates, weights)
-    fruitlets_per_cluster = clusters[:, cluster].sum(axis=1) / len(tags)
+    clusters = _weighted(rng, len(tags))[:, cluster] * stands_for
+    total = stands_for.sum(axis=1, keepdims=True)
+    weights = clusters * total / clusters.sum(axis=1, keepdims=True)
+    of_tagged, of_trees = _set_shares(rates, stands_for), _set_shares(rates, weights)
     return Resampled(
         set_of_tagged_pct=100.0 * of_tagged,
         set_of_trees_pct=100.0 * of_trees,
-        persist_per_cluster=of_trees * fruitlets_per_cluster,
-        reference_mm_per_day=round(float(_references(rates, even).mean()), 9),
+        persist_per_cluster=of_trees * clusters.sum(axis=1) / len(tags),
+        reference_mm_per_day=round(float(_references(rates, stands_for).mean()), 9),
     )
 
 
@@ -91,28 +89,32 @@ def _weighted(rng: np.random.Generator, count: int) -> Floats:
     return rng.dirichlet(np.full(count, max(count - 2, 1) / count), RESAMPLES) * count
 
 
-def _true_rates(
+def _imputed(
     rng: np.random.Generator, followed: Sequence[Followed], weights: Floats, noise: SizingNoise
-) -> Floats:
-    """(R, N) rates; minus infinity where the fruitlet has fallen."""
+) -> tuple[Floats, Floats]:
+    """(R, N) rates, minus infinity for what has fallen; and how many each one stands for.
+
+    New ones stand for all that were not seen at first. Those of them that fell since never
+    show, so what is known of the others is not typical.
+    """
     growth = [each.growth for each in followed if each.growth is not None]
     grid = rate_grid(growth, noise)
     likelihood = likelihoods(growth, noise, grid)
     grown = np.array([each.growth is not None for each in followed])
     fallen = np.array([each.fallen for each in followed])
-    # New ones stand for all that were not seen at first, of which those that have fallen
-    # since never show: what is known of them is not typical.
     new = np.array([each.new for each in followed])
     unknown = new | ~(grown | fallen)
     hangs = np.array([each.hangs for each in followed]) & ~new
     distribution = distributions(likelihood, weights[:, grown])
     rates = np.full(weights.shape, _FALLEN)
-    rates[:, grown] = drawn_rates(rng, distribution, likelihood, grid)
+    shares = weights[:, grown] / weights[:, grown].sum(axis=1, keepdims=True)
+    rates[:, grown] = drawn_rates(rng, distribution, likelihood, shares, grid)
     anything = np.ones((int(unknown.sum()), grid.size))
-    rates[:, unknown] = drawn_rates(rng, distribution, anything, grid)
-    falls = rng.random(weights.shape) < _share_fallen(followed, weights)[:, None]
-    rates[falls & unknown & ~hangs] = _FALLEN
-    return rates
+    none = np.zeros((len(weights), len(anything)))
+    rates[:, unknown] = drawn_rates(rng, distribution, anything, none, grid)
+    share_fallen = _share_fallen(followed, weights)[:, None]
+    rates[(rng.random(weights.shape) < share_fallen) & unknown & ~hangs] = _FALLEN
+    return rates, np.where(new, 1.0 / (1.0 - share_fallen), 1.0)
 
 
 def _share_fallen(followed: Sequence[Followed], weights: Floats) -> Floats:
