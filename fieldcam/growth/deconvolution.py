@@ -19,7 +19,7 @@ from fieldcam.values import Floats
 EM_STEPS = 15
 FEWEST_RATES, MOST_RATES = 24, 96
 """Of the grid, whose step else is half the typical error of a rate."""
-_CHUNK = 20
+_CHUNK = 8
 _LEAST = 1e-300
 
 
