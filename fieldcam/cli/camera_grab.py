@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 Entry = dict[str, Any]
 DOUBTS = {
     ReasonCode.SWAPPED_EYES: "What both eyes see lies further right in the right one: left and"
-    " right are swapped. Swap `left` and `right` in camera.toml, or the cables.",
+    " right are swapped. Name them the other way round as `left` and `right` in camera.toml"
+    " (docs/camera.md).",
     ReasonCode.MISPAIRED: "Left and right show different things: check `layout` in camera.toml,"
     " and whether something is right before one eye.",
 }

@@ -250,6 +250,7 @@ class UsbStereoHead:
 
 def _power_lost() -> CameraPowerLost:
     return CameraPowerLost(
-        "The camera dropped off the bus just when its flash fired: its port cannot feed it.",
+        "The camera dropped off the bus just when its flash fired: most likely its port cannot"
+        " feed it.",
         "Give the head power of its own or another port; if you pulled the cable, plug it in.",
     )
