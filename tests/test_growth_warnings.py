@@ -94,6 +94,36 @@ def test_a_cluster_whose_fruitlets_shrank_may_be_another_one() -> None:
     )
 
 
+def test_two_of_four_that_shrank_may_be_of_another_cluster() -> None:
+    ends_mm = (8.1, 10.1, 11.2, 13.9)
+    swapped = [made_fruitlet(60, str(k), {0: 8.0, 4: 11.0, 8: mm}) for k, mm in enumerate(ends_mm)]
+    assert "mixed_up_clusters" in codes(made_block([*many_clusters(), *swapped]), 4, 8)
+    assert "mixed_up_clusters" not in codes(made_block([*many_clusters(), *swapped[1:]]), 4, 8)
+
+
+def test_a_cluster_that_lost_everything_at_once_may_not_have_been_measured() -> None:
+    gone = [made_fruitlet(60, name, {0: 8.0, 4: 11.0, 8: FALLEN}) for name in "abc"]
+    told = told_of([*many_clusters(), *gone])
+    assert "1 cluster" in told["emptied_clusters"] and told["emptied_clusters"].endswith("60.")
+    assert "tags_changed" not in told
+    left = made_fruitlet(60, "d", {0: 8.0, 4: 11.0, 8: 14.0})
+    assert "emptied_clusters" not in told_of([*many_clusters(), *gone, left])
+    before = [made_fruitlet(60, name, {0: 8.0, 4: FALLEN, 8: FALLEN}) for name in "abc"]
+    assert "emptied_clusters" not in told_of([*many_clusters(), *before])
+
+
+def test_a_tag_that_begins_where_another_ends_may_hang_at_its_cluster() -> None:
+    gone = [made_fruitlet(60, name, {0: 8.0, 4: 11.0, 8: FALLEN}) for name in "abc"]
+    new = [made_fruitlet(61, name, {8: 14.0}) for name in "abc"]
+    assert "Tag 61" in told_of([*many_clusters(), *gone, *new])["tags_changed"]
+    assert "tags_changed" not in told_of([*many_clusters(), *new])
+
+
+def told_of(fruitlets: list[FruitletRecord]) -> dict[str, str]:
+    found = forecast(made_block(fruitlets), on(4), on(8))
+    return {warning.code: warning.text for warning in warnings_about(found)}
+
+
 @pytest.mark.parametrize(
     ("days", "said"), [((), False), ((-2,), False), ((0,), True), ((9,), False)]
 )

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import date
-from statistics import mean, median
+from statistics import mean
 
 from fieldcam.growth.forecast import Forecast
 from fieldcam.growth.reference import FASTEST
+from fieldcam.growth.tag_warnings import emptied_clusters, mixed_up_clusters, named, tags_changed
 from fieldcam.growth.visits import LEAST_DAYS, visits_of
 from fieldcam.words import number_of
 
@@ -18,11 +19,7 @@ FEWEST_CLUSTERS = 50
 MOST_NOT_SEEN = 0.1
 REFERENCE_MM_PER_DAY = (0.3, 1.5)
 GROWTH_MM_PER_DAY = (-1.0, 2.5)
-MOST_SHRUNK_MM = 1.0
-"""Of the median fruitlet of a cluster: more than any measuring error."""
 MOST_APART_POINTS = 3.0
-_NAMED = 5
-
 Check = Callable[[Forecast], str | None]
 
 
@@ -158,22 +155,7 @@ def _odd_growth(found: Forecast) -> str | None:
         return None
     return (
         f"{number_of(len(odd), 'fruitlet')} grew less than {low:.0f} or more than {high} mm/day,"
-        f" which no fruitlet does: {_named(odd)}."
-    )
-
-
-def _mixed_up_clusters(found: Forecast) -> str | None:
-    """A tag that hangs at another cluster than before shows other fruitlets."""
-    grown: dict[int, list[float]] = {}
-    for each in found.fruitlets:
-        if each.rate_mm_per_day is not None:
-            grown.setdefault(each.fruitlet.tag_id, []).append(each.rate_mm_per_day * found.days)
-    odd = [str(tag) for tag, mm in grown.items() if median(mm) < -MOST_SHRUNK_MM]
-    if not odd:
-        return None
-    return (
-        f"Most fruitlets of {number_of(len(odd), 'cluster')} shrank by more than"
-        f" {MOST_SHRUNK_MM:.0f} mm: was a tag moved or swapped? {_named(odd)}."
+        f" which no fruitlet does: {named(odd)}."
     )
 
 
@@ -208,11 +190,6 @@ def _apart(found: Forecast, other: Forecast) -> str | None:
     )
 
 
-def _named(things: Sequence[str]) -> str:
-    more = len(things) - _NAMED
-    return ", ".join(things[:_NAMED]) + (f" and {more} more" if more > 0 else "")
-
-
 _CHECKS: dict[str, Check] = {
     "short_interval": _short_interval,
     "small_fruitlets": _small_fruit,
@@ -224,5 +201,7 @@ _CHECKS: dict[str, Check] = {
     "clusters_added": _clusters_added,
     "odd_reference": _odd_reference,
     "odd_growth": _odd_growth,
-    "mixed_up_clusters": _mixed_up_clusters,
+    "mixed_up_clusters": mixed_up_clusters,
+    "emptied_clusters": emptied_clusters,
+    "tags_changed": tags_changed,
 }

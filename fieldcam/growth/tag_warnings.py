@@ -1,0 +1,87 @@
+"""Doubts whether a tag still hangs at its cluster, and whether a cluster was measured at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import median
+
+from fieldcam.growth.forecast import Forecast, FruitletForecast, State
+from fieldcam.words import number_of
+
+SHRUNK_MM = 0.7
+"""By so much hardly any fruitlet seems to shrink through measuring errors alone."""
+MOST_SHRUNK_MM = 1.0
+"""Of a cluster's median fruitlet: more than any measuring error."""
+FEWEST = 2
+"""Fruitlets of a cluster that say more together than one by itself."""
+NAMED = 5
+
+
+def mixed_up_clusters(found: Forecast) -> str | None:
+    """A tag that hangs at another cluster than before shows other fruitlets."""
+    odd = [str(tag) for tag, each in _by_tag(found).items() if _are_others(each, found.days)]
+    if not odd:
+        return None
+    return (
+        f"Fruitlets of {number_of(len(odd), 'cluster')} shrank by more than any measuring error:"
+        f" was a tag moved or swapped? {named(odd)}."
+    )
+
+
+def emptied_clusters(found: Forecast) -> str | None:
+    """Empty cells of a table say that fruit has fallen, but also that nobody measured."""
+    empty = [str(tag) for tag in _emptied(found)]
+    if not empty:
+        return None
+    return (
+        f"All fruitlets of {number_of(len(empty), 'cluster')} count as fallen since"
+        f" {found.start.first}: were they measured on {found.end.first}? {named(empty)}."
+    )
+
+
+def tags_changed(found: Forecast) -> str | None:
+    """Where one tag ends another one begins."""
+    ended = sorted({*_emptied(found), *(found.start.clusters - found.end.clusters)})
+    begun = sorted(found.end.clusters - found.start.clusters)
+    if not ended or not begun:
+        return None
+    return (
+        f"Tag {named([str(tag) for tag in begun])} was first measured on {found.end.first}, when"
+        f" tag {named([str(tag) for tag in ended])} had nothing any more: did a cluster get"
+        " another tag? Then its fruit counts as fallen or not seen, and wrongly so."
+    )
+
+
+def named(things: Sequence[str]) -> str:
+    """The first few, and how many more there are."""
+    more = len(things) - NAMED
+    return ", ".join(things[:NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _by_tag(found: Forecast) -> dict[int, list[FruitletForecast]]:
+    clusters: dict[int, list[FruitletForecast]] = {}
+    for each in found.fruitlets:
+        clusters.setdefault(each.fruitlet.tag_id, []).append(each)
+    return clusters
+
+
+def _are_others(fruitlets: Sequence[FruitletForecast], days: float) -> bool:
+    grown_mm = [e.rate_mm_per_day * days for e in fruitlets if e.rate_mm_per_day is not None]
+    shrunk = sum(mm < -SHRUNK_MM for mm in grown_mm)
+    half = max(FEWEST, len(grown_mm) / 2)
+    return shrunk >= half or bool(grown_mm and median(grown_mm) < -MOST_SHRUNK_MM)
+
+
+def _emptied(found: Forecast) -> list[int]:
+    """Clusters of several fruitlets on the first of the two visits, all of which have fallen."""
+    return [
+        tag
+        for tag, fruitlets in _by_tag(found).items()
+        if len(hung := [each for each in fruitlets if _hung(each, found)]) >= FEWEST
+        and all(each.state is State.FALLEN for each in hung)
+    ]
+
+
+def _hung(each: FruitletForecast, found: Forecast) -> bool:
+    sighting = found.start.sighting(each.fruitlet)
+    return sighting is not None and sighting[1].diameter_mm is not None
