@@ -13,7 +13,7 @@ from made_tracks import tracked_by_id
 from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
-from fieldcam.growth.places import Association, Track
+from fieldcam.growth.places import Association, SizeRule, Track
 from fieldcam.session.block_growth import block_growth, crop_plan, known_clusters
 from fieldcam.session.growing import FollowedCluster, block_rows
 from fieldcam.session.state import WalkState
@@ -48,7 +48,9 @@ def grow(made: MadeWalk, tag_id: int, day: int) -> None:
 
 
 def by_id_or_half(
-    cluster: FollowedCluster, method: Association = Association.GEOMETRY
+    cluster: FollowedCluster,
+    method: Association = Association.GEOMETRY,
+    size_rule: SizeRule = SizeRule.LARGER,
 ) -> tuple[Track, ...]:
     """Size order finds half of the fruitlets only."""
     tracks = tracked_by_id(cluster)
@@ -144,7 +146,9 @@ def test_without_two_visits_there_is_no_forecast(tmp_path: Path, visits: int) ->
 def test_only_what_changed_is_followed_again(grown: Grown, monkeypatch: pytest.MonkeyPatch) -> None:
     followed: list[int] = []
 
-    def counting(cluster: FollowedCluster, method: Association) -> tuple[Track, ...]:
+    def counting(
+        cluster: FollowedCluster, method: Association, size_rule: SizeRule
+    ) -> tuple[Track, ...]:
         followed.append(cluster.tag_id)
         return tracked_by_id(cluster)
 
