@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -41,9 +42,7 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "checks"))
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
 
-RAN = pytest.StashKey[int]()
-SKIPPED = pytest.StashKey[int]()
-MEASURED = pytest.StashKey[list[str]]()
+MEASURED = "measured"
 
 
 @pytest.fixture(scope="session")
@@ -97,9 +96,9 @@ def stereo_cameras(usb_bus: UsbBus) -> StereoHead:
 
 
 @pytest.fixture
-def note(request: pytest.FixtureRequest) -> Callable[[str], None]:
+def note(record_property: Callable[[str, object], None]) -> Callable[[str], None]:
     """Takes a line that is printed after all tests, whether they passed or not."""
-    return request.config.stash[MEASURED].append
+    return partial(record_property, MEASURED)
 
 
 @pytest.fixture
@@ -179,11 +178,6 @@ def pipeline(monkeypatch: pytest.MonkeyPatch) -> FakePipeline:
     return fake
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    config.stash[RAN] = config.stash[SKIPPED] = 0
-    config.stash[MEASURED] = []
-
-
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
@@ -191,23 +185,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("real")
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(
-    item: pytest.Item,
-) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    report = yield
-    if item.get_closest_marker("real"):
-        if report.skipped:
-            item.config.stash[SKIPPED] += 1
-        elif report.when == "call":
-            item.config.stash[RAN] += 1
-    return report
-
-
-def pytest_terminal_summary(
-    terminalreporter: pytest.TerminalReporter, config: pytest.Config
-) -> None:
-    for line in config.stash[MEASURED]:
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """From the reports, which come from every process that ran tests."""
+    every = (each for group in terminalreporter.stats.values() for each in group)
+    reports = [each for each in every if isinstance(each, pytest.TestReport)]
+    ended = [each for each in reports if each.when == "call" or each.skipped]
+    measured = [line for each in ended for key, line in each.user_properties if key == MEASURED]
+    for line in sorted(map(str, measured)):
         terminalreporter.write_line(f"Measured: {line}")
-    ran, skipped = config.stash[RAN], config.stash[SKIPPED]
-    terminalreporter.write_line(f"Tests on real input: {ran} ran, {skipped} skipped.")
+    on_real = [each.skipped for each in ended if "real" in each.keywords]
+    skipped = sum(on_real)
+    terminalreporter.write_line(
+        f"Tests on real input: {len(on_real) - skipped} ran, {skipped} skipped."
+    )
