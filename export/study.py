@@ -23,7 +23,6 @@ from fieldcam.growth.evaluation.evaluating import (
     aapd,
     score_readings,
 )
-from fieldcam.growth.evaluation.named import NamedCluster
 from fieldcam.growth.forecast import forecast
 from fieldcam.growth.places import Association
 from fieldcam.growth.records import BlockRecord
@@ -73,10 +72,7 @@ def _scored(
     truth: StudyTruth,
     methods: Sequence[Association],
 ) -> ReadingsScore:
-    named = (
-        NamedCluster(c.plan.tag_id, c.visits, {p: str(i) for p, i in c.identities.items()})
-        for c in clusters
-    )
+    named = (cluster.named for cluster in clusters)
     return score_readings(name, named, truth.calipers, persist_pct, methods)
 
 

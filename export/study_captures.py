@@ -106,7 +106,7 @@ def read(job: Job) -> None:
         "truth": [_true(fruitlet) for fruitlet in truth.fruitlets],
         "readings": {"raft": _kept(reading, truth), "sgbm": _kept(other, truth)},
     }
-    _write(job.path, document)
+    write_document(job.path, document)
 
 
 def _true(fruitlet: TrueFruitlet) -> Json:
@@ -136,7 +136,7 @@ def _pipeline() -> Pipeline:
     return Pipeline.from_models(find_models())
 
 
-def _write(path: Path, document: Json) -> None:
+def write_document(path: Path, document: Json) -> None:
     """Whole or not at all, so that a run can be cut at any moment."""
     path.parent.mkdir(parents=True, exist_ok=True)
     half = path.with_suffix(f".{os.getpid()}")

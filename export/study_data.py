@@ -10,8 +10,11 @@ from datetime import date, timedelta
 from typing import Any
 
 from export.study_captures import DAYS, VIEWS, Job, StudySet
+from export.study_sights import sights
 from fieldcam.exchange.readings import decode_reading
+from fieldcam.growth.evaluation.named import NamedCluster
 from fieldcam.growth.places import ClusterVisit, Place, View
+from fieldcam.report.scoring import WELL_VISIBLE
 from fieldcam.simulator import ClusterPlan
 
 FIRST_DAY = date(2026, 5, 21)
@@ -27,7 +30,23 @@ class StudyCluster:
     identities: Mapping[Place, int]
     """Which true fruitlet each fruitlet of a reading is; those of no target fruitlet lack."""
     visible: Mapping[str, Mapping[int, float]]
-    """Visible fraction of each true fruitlet of the target, by reading."""
+    """Visible fraction of each true fruitlet of the target, by reading; of one that has
+    fallen, what it would be if it still hung there."""
+
+    @property
+    def named(self) -> NamedCluster:
+        """By the true identities."""
+        names = {place: str(id_) for place, id_ in self.identities.items()}
+        return NamedCluster(
+            self.plan.tag_id, self.visits, names, out_of_sight=frozenset(self._out_of_sight())
+        )
+
+    def _out_of_sight(self) -> Iterator[tuple[str, date]]:
+        for day, visit in zip(DAYS, self.visits, strict=True):
+            for fruitlet in (f for f in self.plan.fruitlets if not f.hangs(day)):
+                seen = max(self.visible[view.id].get(fruitlet.id, 0.0) for view in visit.views)
+                if seen < WELL_VISIBLE:
+                    yield str(fruitlet.id), visit.day
 
 
 def day_of(day: int) -> date:
@@ -79,6 +98,6 @@ def _cluster(of: StudySet, index: int, plan: ClusterPlan, stereo: str, views: in
             identities |= {Place(name, int(k)): v for k, v in kept["identities"].items()}
             visible[name] = {
                 f["id"]: f["visible_fraction"] for f in document["truth"] if f["id"] >= 0
-            }
+            } | dict(sights(job))
         visits.append(ClusterVisit(day_of(day), tuple(seen)))
     return StudyCluster(plan, tuple(visits), identities, visible)

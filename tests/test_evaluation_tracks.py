@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date
 
 import pytest
@@ -34,6 +35,14 @@ def tracked(number: int, *visits: tuple[int, list[tuple[str, int]] | Presence]) 
             places = tuple(Place(*place) for place in what)
             found[day(on)] = TrackedVisit(Sighting(Presence.SIZED, 9.0), places)
     return Track(number, found)
+
+
+GONE = named_cluster(17, {0: [[9.0, 8.0, 7.5, 8.5]], 4: [[NAN, 9.0, 9.5, 8.9]]})
+LOST = {
+    said: tracked(1, (0, [("17/0/0", 0)]), (4, said))
+    for said in (Presence.FALLEN, Presence.NOT_SEEN)
+}
+"""Fruit "a", of which there is nothing to be seen on day 4."""
 
 
 def joined(*pairs: tuple[int, int]) -> list[Track]:
@@ -101,15 +110,29 @@ def test_what_is_said_of_the_missing_meets_the_truth(
     said: Presence, later_mm: float | None, score: FateScore
 ) -> None:
     truth = {"a": caliper_fruit(17, "a", {0: 9.0, 4: later_mm})}
-    found = score_fates(GROWN, [tracked(1, (0, [("17/0/0", 0)]), (4, said))], truth)
+    found = score_fates(GONE, [LOST[said]], truth)
     assert found == score
     assert found.right_pct == (100.0 if score.fallen or score.not_seen else 0.0)
 
 
 def test_nothing_is_said_of_the_missing_whose_truth_is_not_known() -> None:
-    track_ = tracked(1, (0, [("17/0/0", 0)]), (4, Presence.FALLEN))
-    assert score_fates(GROWN, [track_], {}).right_pct is None
-    assert score_fates(GROWN, [track_], {"a": caliper_fruit(17, "a", {0: 9.0})}).right_pct is None
+    track_ = LOST[Presence.FALLEN]
+    assert score_fates(GONE, [track_], {}).right_pct is None
+    assert score_fates(GONE, [track_], {"a": caliper_fruit(17, "a", {0: 9.0})}).right_pct is None
+
+
+@pytest.mark.parametrize(
+    "cluster",
+    [
+        pytest.param(GROWN, id="a picture shows it, so that it was only matched wrongly"),
+        pytest.param(
+            replace(GONE, out_of_sight=frozenset({("a", day(4))})), id="no picture shows its place"
+        ),
+    ],
+)
+def test_of_the_missing_only_what_pictures_can_tell_is_scored(cluster: NamedCluster) -> None:
+    truth = {"a": caliper_fruit(17, "a", {0: 9.0, 4: None})}
+    assert score_fates(cluster, [LOST[Presence.NOT_SEEN]], truth).right_pct is None
 
 
 def test_readings_are_scored_from_pictures_to_forecasts() -> None:

@@ -19,17 +19,15 @@ from fieldcam.growth.places import View
 from fieldcam.values import DisparityWindow
 
 TRIED_PLACES = 64
-NEARER_MM = 3.0
-"""A surface that lies this much before a fruitlet's own hides it."""
+SLACK_MM = 3.0
+"""What lies this much before or behind a fruitlet's own surface may still be that surface."""
 TOUCHING = 0.8
 """Middles of two fruitlets are never nearer than this share of the sum of their radii."""
-OPEN_SHARE = (0.35, 0.8)
-"""Of a fruitlet's disk: below the first it is taken for hidden, from the second on for open."""
-FOUND = (0.66, 0.975)
-"""Share of the hanging fruitlets that are found where all likely places look hidden, and where
-most look open: the place is known to a radius only, so that even the first are many."""
-OPEN_ENOUGH = 0.6
-"""Share of the likely places that look open from which on the second share holds."""
+FOUND = (0.995, 0.8)
+"""Share of the hanging fruitlets that are found where the picture looks past all likely places,
+and where something is seen at half of them or more: a place is known to a radius only, so that
+even the second are many. Measured on blocks of their own (docs/growth.md)."""
+COVERED_FROM = 0.5
 NEAR_SD = 4.0
 """A newcomer within so many deviations of the place may be the fruitlet that is missed."""
 FALL_PER_VISIT = 0.1
@@ -54,10 +52,9 @@ def chance_found(looked: LookedAt) -> float:
     """How likely the picture would show the fruitlet if it hung there, 0 to 1."""
     if looked.view.reading.window is None:
         return 0.0
-    low, high = FOUND
-    return low + (high - low) * min(
-        _open_share(looked, looked.view.reading.window) / OPEN_ENOUGH, 1
-    )
+    covered = _covered_share(looked, looked.view.reading.window)
+    past, before = FOUND
+    return past + (before - past) * min(covered / COVERED_FROM, 1)
 
 
 def may_be_there(looked: LookedAt) -> bool:
@@ -76,8 +73,12 @@ def may_be_there(looked: LookedAt) -> bool:
     )
 
 
-def _open_share(looked: LookedAt, window: DisparityWindow) -> float:
-    """Share of the places where it may hang that the picture looks onto."""
+def _covered_share(looked: LookedAt, window: DisparityWindow) -> float:
+    """Share of the front of a fruitlet, over the places where it may hang, that the picture
+    does not look past: it hangs behind what is seen there, or is seen without being found.
+
+    Where nothing was matched one looks into the distance.
+    """
     calibration = looked.view.reading.calibration
     rng = np.random.default_rng(0)
     offsets = rng.normal(size=(TRIED_PLACES, 3)) * looked.place.sd_mm
@@ -85,18 +86,15 @@ def _open_share(looked: LookedAt, window: DisparityWindow) -> float:
     free = centers[_is_free(centers, looked)]
     free = free[free[:, 2] > looked.diameter_mm]
     if not len(free):
-        return 0.0
+        return 1.0
     focal_baseline = calibration.focal_px * calibration.baseline_mm
     radius_mm = looked.diameter_mm / 2
     across = _DISK * radius_mm
-    front = free[:, 2, None] - radius_mm * np.sqrt(1 - (_DISK**2).sum(axis=1))
+    behind = free[:, 2, None] + SLACK_MM
     x = (free[:, 0, None] + across[:, 0]) / free[:, 2, None] * calibration.focal_px
     y = (free[:, 1, None] + across[:, 1]) / free[:, 2, None] * calibration.focal_px
     seen = _sampled(window, x + calibration.cx_px, y + calibration.cy_px)
-    open_to = seen < focal_baseline / (front - NEARER_MM)
-    share = np.where(np.isnan(seen), 0.5, open_to).mean(axis=1)
-    low, high = OPEN_SHARE
-    return float(np.mean(((share - low) / (high - low)).clip(0, 1)))
+    return float(np.mean(seen > focal_baseline / behind))
 
 
 def chance_fallen(found_if_hanging: Sequence[float]) -> list[float]:

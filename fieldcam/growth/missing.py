@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import prod
 
 import numpy as np
 
@@ -69,11 +68,13 @@ def _of_one(
     found: list[float] = []
     for visit in after:
         looked = _looked_at(visit, pictures, fruitlets, shown)
-        if any(may_be_there(each) for each in looked):
+        clear = [each for each in looked if not may_be_there(each)]
+        if looked and not clear:
             # Whoever may be there again says nothing of the visits before, either.
             found = [0.0] * (len(found) + 1)
         else:
-            found.append(1 - prod(1 - chance_found(each) for each in looked))
+            # The same leaves hide a place from all pictures of a visit: the best look counts.
+            found.append(max(map(chance_found, clear), default=0.0))
     return gaps | dict(zip(after, chance_fallen(found), strict=True))
 
 

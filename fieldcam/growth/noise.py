@@ -1,9 +1,9 @@
 """How wrong one size is: spread of the errors of the camera and of calipers.
 
-The camera's is that of docs/quality.md, "Sizes": about 0.25 mm, with a heavy tail of
-fruitlets whose outline is partly covered. The calipers' follows from the paper's mean
-ranges of five repeats (0.50, 0.34 and 0.71 mm below 8, to 12 and above 12 mm); the range
-of five normal errors is 2.326 times their standard deviation on average.
+The camera's was fitted to the sizes of two rendered blocks (docs/growth.md): most are within
+0.2 mm, with a heavy tail of fruitlets whose outline is partly covered. The calipers' follows
+from the paper's mean ranges of five repeats (0.50, 0.34 and 0.71 mm below 8, to 12 and above
+12 mm); the range of five normal errors is 2.326 times their standard deviation on average.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class SizingNoise:
 
 
 NOISE = {
-    Source.CAMERA: SizingNoise((0.93, 0.07), (), ((0.22, 0.50),)),
+    Source.CAMERA: SizingNoise((0.92, 0.08), (), ((0.165, 0.75),)),
     Source.CALIPERS: SizingNoise(
         (1.0,), (8.0, 12.0), tuple((mm / RANGE_OF_FIVE,) for mm in (0.50, 0.34, 0.71))
     ),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from itertools import pairwise
@@ -80,8 +80,14 @@ def score_association(cluster: NamedCluster, tracks: Sequence[Track]) -> Associa
 def score_fates(
     cluster: NamedCluster, tracks: Iterable[Track], truth: Mapping[str, FruitletRecord]
 ) -> FateScore:
-    """Of visits on which a fruitlet is missing, as far as its name and the truth are known."""
-    return sum((_score_fate(track, cluster.names, truth) for track in tracks), NO_FATES)
+    """Of visits whose pictures do not show a fruitlet and can tell why.
+
+    Only as far as its name and the truth are known. Where a picture shows it after all, to be
+    matched with another one is a mistake of association, and is counted there.
+    """
+    days = {visit.day for visit in cluster.visits}
+    told = {(name, day) for day in days for name in cluster.seen_on(day)} | cluster.out_of_sight
+    return sum((_score_fate(track, cluster.names, truth, told) for track in tracks), NO_FATES)
 
 
 def _score_days(
@@ -104,7 +110,10 @@ def _score_days(
 
 
 def _score_fate(
-    track: Track, names: Mapping[Place, str], truth: Mapping[str, FruitletRecord]
+    track: Track,
+    names: Mapping[Place, str],
+    truth: Mapping[str, FruitletRecord],
+    told: Container[tuple[str, date]],
 ) -> FateScore:
     score, fruit = NO_FATES, None
     for day, visit in sorted(track.visits.items(), key=lambda entry: entry[0]):
@@ -112,7 +121,9 @@ def _score_fate(
             here = _names(visit.places, names)
             fruit = truth.get(here.pop()) if len(here) == 1 else None
             continue
-        known = None if fruit is None else fruit.sightings.get(day)
+        if fruit is None or (fruit.fruitlet, day) in told:
+            continue
+        known = fruit.sightings.get(day)
         if known is not None and known.presence is not Presence.NOT_SEEN:
             score += _fate(visit.sighting.presence, known.presence)
     return score

@@ -22,6 +22,9 @@ class NamedCluster:
     fruit that has one."""
     words: tuple[Word, ...] = ()
     """The operator's, on who is who over days."""
+    out_of_sight: frozenset[tuple[str, date]] = frozenset()
+    """Fallen fruit whose place no picture of the day shows, so that they cannot tell; as far as
+    that is known, in simulations."""
 
     @property
     def unnamed(self) -> int:

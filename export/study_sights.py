@@ -1,0 +1,70 @@
+"""How much of a fallen fruitlet the study's pictures would show if it still hung there.
+
+A picture that would not show it cannot tell that it fell. The fruitlet is put back where the
+simulator would have hung it that day, and rays are cast from the front of it to the camera.
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+
+from export.study_captures import VIEWS, Job, write_document
+from fieldcam.simulator import Faults
+from fieldcam.simulator.capture import aim
+from fieldcam.simulator.mesh import F32
+from fieldcam.simulator.plan import ClusterPlan
+from fieldcam.simulator.scene import build_scene
+
+POINTS = 200
+
+
+def sights(job: Job) -> Mapping[int, float]:
+    """Visible fraction of each fruitlet that has fallen by then, kept beside the capture."""
+    path = job.path.with_name(f"sights_{job.path.name}")
+    if not path.exists():
+        attempts = json.loads(gzip.decompress(job.path.read_bytes()))["attempts"]
+        write_document(path, _looked_for(job, job.view + VIEWS * (attempts - 1)))
+    document = json.loads(gzip.decompress(path.read_bytes()))
+    return {int(id_): share for id_, share in document.items()}
+
+
+def _looked_for(job: Job, view: int) -> dict[str, float]:
+    block = job.of.block()
+    plan = block.clusters[job.cluster]
+    fallen = [f.id for f in plan.fruitlets if not f.hangs(job.day)]
+    if not fallen:
+        return {}
+    renderer = aim(block, job.cluster, job.day, view, Faults()).renderer
+    found = {}
+    for id_ in fallen:
+        center, radius_mm = _place(plan, id_, job.day)
+        front = _front(renderer.pose.apply(center), radius_mm)
+        found[str(id_)] = round(float(renderer.seen_from(front, 0.0).mean()), 3)
+    return found
+
+
+def _place(plan: ClusterPlan, id_: int, day: float) -> tuple[F32, float]:
+    """In the scene's frame, and its radius, as if it alone had not fallen."""
+    hung = tuple(replace(f, falls_on_day=inf) if f.id == id_ else f for f in plan.fruitlets)
+    scene = build_scene(replace(plan, fruitlets=hung), day)
+    own = next(f for f in scene.fruitlets if f.id == id_)
+    return own.center_mm, own.diameter_mm / 2
+
+
+def _front(center_mm: F32, radius_mm: float) -> F32:
+    """Points (POINTS, 3) of its surface that stand evenly in its image."""
+    k = np.arange(POINTS)
+    radius, angle = np.sqrt((k + 0.5) / POINTS), k * np.pi * (3 - np.sqrt(5))
+    toward = -center_mm / np.linalg.norm(center_mm)
+    across = np.cross(toward, [0.0, 1.0, 0.0])
+    across /= np.linalg.norm(across)
+    up = np.cross(across, toward)
+    flat = np.outer(radius * np.cos(angle), across) + np.outer(radius * np.sin(angle), up)
+    points = flat + np.outer(np.sqrt(1 - radius**2), toward)
+    return np.asarray(center_mm + radius_mm * points, np.float32)
