@@ -12,11 +12,12 @@ from checked_pages import words_of
 from made_readings import grey_image, made_fruitlet
 from planned_blocks import Measuring, day_date, measured_block
 
-from fieldcam.growth.crop import CropPlan, crop_forecast
-from fieldcam.growth.forecast import Forecast, forecast, trend
+from fieldcam.growth.crop import CropPlan
+from fieldcam.growth.outlook import Outlook, outlook
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
-from fieldcam.growth.warnings import warnings_about
-from fieldcam.report.growth_page import GrowthStory, growth_page
+from fieldcam.growth.size_order import in_size_order
+from fieldcam.growth.sprays import Spray
+from fieldcam.report.growth_page import growth_page
 from fieldcam.report.growth_plots import bin_edges
 from fieldcam.report.thumbnails import SIDE_PX, cluster_thumbnail
 from fieldcam.simulator.plan import Block
@@ -25,9 +26,9 @@ PNG_BYTES = b"\x89PNG\r\n"
 
 
 @cache
-def measured() -> tuple[Forecast, ...]:
+def measured() -> BlockRecord:
     block = Block.plan(seed=5, clusters=12)
-    return trend(measured_block(block, Measuring(Source.CAMERA, (0, 4, 8)), 1))
+    return measured_block(block, Measuring(Source.CAMERA, (0, 4, 8)), 1)
 
 
 def fruitlet(tag_id: int, name: str, *sizes: float | None) -> FruitletRecord:
@@ -39,44 +40,31 @@ def fruitlet(tag_id: int, name: str, *sizes: float | None) -> FruitletRecord:
     return FruitletRecord(tag_id, name, seen)
 
 
-def small(*fruitlets: FruitletRecord) -> Forecast:
+def small(*fruitlets: FruitletRecord) -> Outlook:
     days = (day_date(0), day_date(4))
     tags = frozenset(f.tag_id for f in fruitlets)
     block = BlockRecord("one", Source.CALIPERS, days, dict.fromkeys(days, tags), fruitlets)
-    return forecast(block, *days)
+    return outlook(block, in_size_order(block))
 
 
 def test_the_page_says_verdict_warnings_and_what_was_assumed() -> None:
-    steps = measured()
-    found = steps[-1]
-    crop = crop_forecast(found, CropPlan(100, 1))
-    warned = warnings_about(found)
-    text = words_of(
-        growth_page(
-            GrowthStory(
-                found,
-                steps,
-                warned,
-                crop,
-                ("Somebody guessed.",),
-                (date(2026, 5, 12),),
-                steps[0],
-                {8: PNG_BYTES},
-                simulated=True,
-            )
-        )
-    )
+    block = measured()
+    sprays = [Spray(date(2026, 5, 12))]
+    growth = outlook(block, in_size_order(block), plan=CropPlan(100, 1), sprays=sprays)
+    found, crop = growth.found, growth.crop
+    assert crop is not None
+    text = words_of(growth_page(growth, ["Somebody guessed."], {8: PNG_BYTES}, simulated=True))
     assert f"{crop.fruit:.0f} fruit per tree" in text
     assert "more than the target of 1: thin again" in text
     assert f"{found.set_pct:.0f} % of the first fruitlets will stay" in text
-    assert all(warning.text in text for warning in warned)
+    assert all(warning.text in text for warning in growth.warnings)
     assert "Somebody guessed." in text and "Simulated data" in text
     assert "spray 12 May" in text and "target 1" in text
-    assert f"Set if matched by size order {steps[0].set_pct:.1f} %" in text
+    assert f"Set if matched by size order {growth.by_size_order.set_pct:.1f} %" in text
 
 
 @pytest.mark.parametrize(
-    ("found", "verdict"),
+    ("growth", "verdict"),
     [
         (small(fruitlet(1, "a", 8.0, 12.0)), "100 % of the first fruitlets"),
         (small(fruitlet(1, "a", 8.0, 7.5), fruitlet(1, "b", 8.0, None)), "0 % of the first"),
@@ -84,8 +72,8 @@ def test_the_page_says_verdict_warnings_and_what_was_assumed() -> None:
     ],
     ids=["one fruitlet", "all will fall", "no growth"],
 )
-def test_small_blocks_have_a_page_too(found: Forecast, verdict: str) -> None:
-    text = words_of(growth_page(GrowthStory(found, (found,))))
+def test_small_blocks_have_a_page_too(growth: Outlook, verdict: str) -> None:
+    text = words_of(growth_page(growth))
     assert verdict in text
     assert "There is one forecast so far" in text
 

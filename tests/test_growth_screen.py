@@ -14,7 +14,7 @@ from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
 from fieldcam.growth.places import Association, SizeRule, Track
-from fieldcam.session.block_growth import block_growth, crop_plan, known_clusters
+from fieldcam.session.block_growth import block_outlook, crop_plan, known_clusters
 from fieldcam.session.growing import FollowedCluster, block_rows
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
@@ -190,7 +190,7 @@ def test_bloom_is_the_mean_of_the_trees(grown: Grown) -> None:
 def test_a_blocks_growth_out_of_its_store(grown: Grown) -> None:
     database, block = grown.made.store.database, grown.made.block
     known = list(known_clusters(database, block_rows(database, block), {}))
-    growth = block_growth(database, block, known)
+    growth = block_outlook(database, block, known)
     assert (growth.found.start.first, growth.found.end.first) == (
         FIRST_DAY + timedelta(4),
         FIRST_DAY + timedelta(8),

@@ -9,6 +9,7 @@ from made_records import FALLEN, NOT_SEEN, fast_ones, made_block, made_fruitlet,
 
 from fieldcam.growth.forecast import forecast
 from fieldcam.growth.records import BlockRecord, FruitletRecord
+from fieldcam.growth.sprays import Spray
 from fieldcam.growth.warnings import warnings_about
 
 
@@ -129,7 +130,7 @@ def told_of(fruitlets: list[FruitletRecord]) -> dict[str, str]:
 )
 def test_too_soon_after_a_spray(days: tuple[int, ...], said: bool) -> None:
     found = forecast(made_block(many_clusters()), on(4), on(8))
-    told = {each.code for each in warnings_about(found, sprays=[on(day) for day in days])}
+    told = {each.code for each in warnings_about(found, [Spray(on(day)) for day in days])}
     assert ("soon_after_spray" in told) is said
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,8 +27,8 @@ from fieldcam.growth.places import Association, SizeRule
 
 if TYPE_CHECKING:
     from fieldcam.growth.crop import CropPlan
-    from fieldcam.report.growth_page import GrowthStory
-    from fieldcam.session.block_growth import BlockGrowth, KnownCluster
+    from fieldcam.growth.outlook import Outlook
+    from fieldcam.session.block_growth import KnownCluster
     from fieldcam.store.blocks import BlockSummary
     from fieldcam.store.read_only import ReadOnlyStore
 
@@ -88,6 +89,16 @@ def register(commands: Subparsers[Parser]) -> None:
     add_json(parser)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Told:
+    """What is said of a block, and what only its page shows."""
+
+    growth: Outlook
+    notes: tuple[str, ...]
+    thumbnails: Mapping[int, bytes] = field(default_factory=dict)
+    simulated: bool = False
+
+
 def _growth(arguments: argparse.Namespace) -> None:
     from fieldcam.cli.growth_words import growth_lines
     from fieldcam.exchange.growth_report import growth_report
@@ -95,39 +106,30 @@ def _growth(arguments: argparse.Namespace) -> None:
 
     if arguments.report is not None:
         check_target(arguments.report, ".html", WHY_HTML)
-    story = _of_stored(arguments) if arguments.calipers is None else _of_table(arguments)
+    told = _of_stored(arguments) if arguments.calipers is None else _of_table(arguments)
     if arguments.report is not None:
-        _write_page(arguments.report, story)
-    told = (story.found, story.warnings, story.trend, story.crop, story.notes)
+        _write_page(arguments.report, told)
     if arguments.json:
-        emit_json(growth_report(*told))
+        emit_json(growth_report(told.growth, told.notes))
     else:
-        emit("\n".join(growth_lines(*told)))
+        emit("\n".join(growth_lines(told.growth, told.notes)))
 
 
-def _of_table(arguments: argparse.Namespace) -> GrowthStory:
+def _of_table(arguments: argparse.Namespace) -> _Told:
     from fieldcam.exchange.calipers import read_calipers
-    from fieldcam.growth.crop import crop_forecast
-    from fieldcam.growth.forecast import forecast, trend
-    from fieldcam.growth.visits import chosen_interval
-    from fieldcam.growth.warnings import warnings_about
-    from fieldcam.report.growth_page import GrowthStory
+    from fieldcam.growth.outlook import outlook
+    from fieldcam.growth.size_order import in_size_order
+    from fieldcam.growth.sprays import Spray
 
     plan = _plan(arguments)
     table = read_calipers(arguments.calipers, arguments.dates)
     record = replace(table.record, name=arguments.block or table.record.name)
-    found = forecast(record, *chosen_interval(record, arguments.start, arguments.end))
-    return GrowthStory(
-        found,
-        trend(record),
-        warnings_about(found, arguments.sprayed),
-        None if plan is None else crop_forecast(found, plan),
-        table.notes,
-        arguments.sprayed,
-    )
+    between = arguments.start, arguments.end
+    sprays = [Spray(day) for day in arguments.sprayed]
+    return _Told(outlook(record, in_size_order(record), between, plan, sprays), table.notes)
 
 
-def _of_stored(arguments: argparse.Namespace) -> GrowthStory:
+def _of_stored(arguments: argparse.Namespace) -> _Told:
     from fieldcam.store.folder import data_path
     from fieldcam.store.read_only import open_read_only
 
@@ -136,11 +138,8 @@ def _of_stored(arguments: argparse.Namespace) -> GrowthStory:
         return _of_block(arguments, store, stored_block(store.database, arguments.block))
 
 
-def _of_block(
-    arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary
-) -> GrowthStory:
-    from fieldcam.report.growth_page import GrowthStory
-    from fieldcam.session.block_growth import COMPARED, block_growth, known_clusters
+def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary) -> _Told:
+    from fieldcam.session.block_growth import COMPARED, block_outlook, known_clusters
     from fieldcam.session.growing import block_rows
     from fieldcam.store.folder import DataKind
 
@@ -151,24 +150,19 @@ def _of_block(
         progress(known_clusters(store.database, rows, {}, methods, arguments.same_day), len(rows))
     )
     between = arguments.start, arguments.end
-    growth = block_growth(store.database, block.id, known, method, between)
+    growth = block_outlook(store.database, block.id, known, method, between)
     simulated = store.folder.kind is DataKind.SIMULATED
     pictures = arguments.report is not None
-    return GrowthStory(
-        growth.found,
-        growth.trend,
-        growth.warnings,
-        growth.crop,
+    return _Told(
+        growth,
         (SIMULATED,) if simulated else (),
-        [spray.sprayed_on for spray in growth.sprays],
-        growth.by_size_order,
         _thumbnails(store, known, growth, method) if pictures else {},
         simulated,
     )
 
 
 def _thumbnails(
-    store: ReadOnlyStore, known: tuple[KnownCluster, ...], growth: BlockGrowth, method: Association
+    store: ReadOnlyStore, known: tuple[KnownCluster, ...], growth: Outlook, method: Association
 ) -> dict[int, bytes]:
     from fieldcam.session.cluster_pictures import cluster_pictures
 
@@ -176,11 +170,12 @@ def _thumbnails(
     return cluster_pictures(store.database, tracked, growth.found.end.days[-1])
 
 
-def _write_page(path: Path, story: GrowthStory) -> None:
+def _write_page(path: Path, told: _Told) -> None:
     from fieldcam.exchange.targets import write_target
     from fieldcam.report.growth_page import growth_page
 
-    write_target(path, growth_page(story).encode())
+    page = growth_page(told.growth, told.notes, told.thumbnails, told.simulated)
+    write_target(path, page.encode())
     narrate(f"Wrote {path}.")
 
 

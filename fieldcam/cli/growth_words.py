@@ -7,34 +7,30 @@ from collections.abc import Iterator, Sequence
 from fieldcam.cli.console import table
 from fieldcam.growth.crop import CropForecast
 from fieldcam.growth.forecast import Forecast
-from fieldcam.growth.influence import ClusterInfluence, influences
+from fieldcam.growth.influence import ClusterInfluence
+from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.resampling import Interval
-from fieldcam.growth.warnings import Warning
 from fieldcam.words import number_of
 
 
-def growth_lines(
-    found: Forecast,
-    warnings: Sequence[Warning],
-    trend: Sequence[Forecast],
-    crop: CropForecast | None,
-    notes: Sequence[str],
-) -> Iterator[str]:
+def growth_lines(growth: Outlook, notes: Sequence[str]) -> Iterator[str]:
+    """`notes` are what was assumed, a sentence each."""
+    found = growth.found
     yield (
         f"Block {found.block.name}, {found.start.first} to {found.end.first}:"
         f" {found.set_pct:.1f} % of the initial fruitlets will persist"
         f" ({_span(found.interval90_pct)} %)."
     )
-    if crop is not None:
-        yield _fruit_line(crop)
+    if growth.crop is not None:
+        yield _fruit_line(growth.crop)
     yield from _number_lines(found)
-    yield from _listed("Warnings", [each.text for each in warnings])
+    yield from _listed("Warnings", [each.text for each in growth.warnings])
     yield from _listed("Assumed", notes)
-    yield from _trend_lines(trend)
+    yield from _trend_lines(growth.trend)
     yield from ("", "Clusters, those that count most first:")
     yield from table(
         [("tag", "tree", "first", "persist", "abscise", "fallen", "not seen", "influence")]
-        + [_cluster_row(each) for each in influences(found)],
+        + [_cluster_row(each) for each in growth.clusters],
         "><>>>>>>",
     )
 

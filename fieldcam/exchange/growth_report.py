@@ -7,18 +7,16 @@ from collections.abc import Sequence
 from fieldcam.exchange.json_fields import Json
 from fieldcam.growth.crop import CropForecast
 from fieldcam.growth.forecast import Forecast, FruitletForecast
-from fieldcam.growth.influence import ClusterInfluence, influences
-from fieldcam.growth.warnings import Warning
+from fieldcam.growth.influence import ClusterInfluence
+from fieldcam.growth.outlook import Outlook
 
 
-def growth_report(
-    found: Forecast,
-    warnings: Sequence[Warning],
-    trend: Sequence[Forecast],
-    crop: CropForecast | None,
-    notes: Sequence[str],
-) -> Json:
-    """The binding fields first, then what else is known; dates as YYYY-MM-DD."""
+def growth_report(growth: Outlook, notes: Sequence[str]) -> Json:
+    """The binding fields first, then what else is known; dates as YYYY-MM-DD.
+
+    `notes` are what was assumed, a sentence each.
+    """
+    found = growth.found
     counts, reference = found.counts, found.reference
     return {
         "block": found.block.name,
@@ -40,11 +38,11 @@ def growth_report(
         "set_pct_of_initial": found.set_pct,
         "interval90_pct": list(found.interval90_pct),
         "interval90_trees_pct": list(found.interval90_trees_pct),
-        "warnings": [{"code": each.code, "text": each.text} for each in warnings],
+        "warnings": [{"code": each.code, "text": each.text} for each in growth.warnings],
         "notes": list(notes),
-        "crop": None if crop is None else _crop(crop),
-        "trend": [_step(each) for each in trend],
-        "clusters": [_cluster(each) for each in influences(found)],
+        "crop": None if growth.crop is None else _crop(growth.crop),
+        "trend": [_step(each) for each in growth.trend],
+        "clusters": [_cluster(each) for each in growth.clusters],
         "fruitlets": [_fruitlet(each) for each in found.fruitlets],
     }
 

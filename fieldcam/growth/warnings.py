@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from datetime import date
 from statistics import mean
 
 from fieldcam.growth.forecast import Forecast
 from fieldcam.growth.reference import FASTEST
+from fieldcam.growth.sprays import Spray, last_spray
 from fieldcam.growth.tag_warnings import emptied_clusters, mixed_up_clusters, named, tags_changed
 from fieldcam.growth.visits import LEAST_DAYS, visits_of
 from fieldcam.words import number_of
@@ -32,18 +32,17 @@ class Warning:
 
 
 def warnings_about(
-    found: Forecast, sprays: Sequence[date] = (), by_size_order: Forecast | None = None
+    found: Forecast, sprays: Sequence[Spray] = (), by_size_order: Forecast | None = None
 ) -> tuple[Warning, ...]:
     """All that speaks against a forecast.
 
-    `sprays` are the days of thinning sprays; `by_size_order` is the same forecast with
-    fruitlets matched by size order alone.
+    `by_size_order` is the same forecast with fruitlets matched by size order alone.
     """
     return tuple(_warnings(found, sprays, by_size_order))
 
 
 def _warnings(
-    found: Forecast, sprays: Sequence[date], by_size_order: Forecast | None
+    found: Forecast, sprays: Sequence[Spray], by_size_order: Forecast | None
 ) -> Iterator[Warning]:
     for code, check in _CHECKS.items():
         if text := check(found):
@@ -168,11 +167,12 @@ def _first_interval(found: Forecast) -> str | None:
     )
 
 
-def _soon_after_spray(found: Forecast, sprays: Sequence[date]) -> str | None:
-    since = min(
-        ((found.end.first - day).days for day in sprays if day <= found.end.first), default=None
-    )
-    if since is None or since >= LEAST_DAYS_AFTER_SPRAY:
+def _soon_after_spray(found: Forecast, sprays: Sequence[Spray]) -> str | None:
+    spray = last_spray(sprays, found.end.first)
+    if spray is None:
+        return None
+    since = (found.end.first - spray.sprayed_on).days
+    if since >= LEAST_DAYS_AFTER_SPRAY:
         return None
     return (
         f"The last spray was {number_of(since, 'day')} before the second visit; its effect shows"

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from datetime import date
 
-from fieldcam.growth.crop import CropForecast, Verdict
+from fieldcam.growth.crop import Verdict
 from fieldcam.growth.forecast import Forecast, FruitletForecast, State
-from fieldcam.growth.influence import ClusterInfluence, influences
+from fieldcam.growth.influence import ClusterInfluence
+from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.records import Source
 from fieldcam.growth.reference import FASTEST, PERSISTS_ABOVE
 from fieldcam.growth.resampling import Interval
-from fieldcam.growth.warnings import Warning
 from fieldcam.report.growth_plots import rate_histogram, trend_plot
 from fieldcam.report.page import (
     Html,
@@ -42,40 +41,31 @@ STATES = {
 MEASURED_BY = {Source.CAMERA: "camera", Source.CALIPERS: "calipers"}
 
 
-@dataclass(frozen=True, slots=True)
-class GrowthStory:
-    """All that is told of a block."""
+def growth_page(
+    growth: Outlook,
+    notes: Sequence[str] = (),
+    thumbnails: Mapping[int, bytes] | None = None,
+    simulated: bool = False,
+) -> str:
+    """The verdict first, then what it rests on, then how it was found.
 
-    found: Forecast
-    trend: Sequence[Forecast]
-    warnings: Sequence[Warning] = ()
-    crop: CropForecast | None = None
-    notes: Sequence[str] = ()
-    """What was assumed."""
-    sprays: Sequence[date] = ()
-    by_size_order: Forecast | None = None
-    """The same forecast with fruitlets matched by size order alone."""
-    thumbnails: Mapping[int, bytes] = field(default_factory=dict)
-    """A picture of each cluster (JPEG or PNG) by its tag, as far as there are any."""
-    simulated: bool = False
-
-
-def growth_page(story: GrowthStory) -> str:
-    """The verdict first, then what it rests on, then how it was found."""
-    found = story.found
+    `notes` are what was assumed, a sentence each; `thumbnails` a picture of each cluster
+    (JPEG or PNG) by its tag, as far as there are any.
+    """
+    found = growth.found
     title = f"Fruit set of {found.block.name}"
     parts = [
         element("h1", title),
         element("p", _occasion(found), "quiet"),
-        _verdict(story),
-        listing([each.text for each in story.warnings], "warnings"),
-        section("The count", _counts(story)),
-        _trend_section(story),
+        _verdict(growth),
+        listing([each.text for each in growth.warnings], "warnings"),
+        section("The count", _counts(growth)),
+        _trend_section(growth),
         _rate_section(found),
-        _cluster_section(story),
-        section("Method", listing([*_method(found), *story.notes])),
+        _cluster_section(growth, thumbnails or {}),
+        section("Method", listing([*_method(found), *notes])),
     ]
-    return page(title, parts, story.simulated)
+    return page(title, parts, simulated)
 
 
 def _occasion(found: Forecast) -> str:
@@ -87,8 +77,8 @@ def _occasion(found: Forecast) -> str:
     )
 
 
-def _verdict(story: GrowthStory) -> Html:
-    found, crop = story.found, story.crop
+def _verdict(growth: Outlook) -> Html:
+    found, crop = growth.found, growth.crop
     of_first = (
         f"{found.set_pct:.0f} % of the first fruitlets will stay"
         f" (90 % interval {_span(found.interval90_trees_pct)} %)"
@@ -102,8 +92,8 @@ def _verdict(story: GrowthStory) -> Html:
     return element("p", text, f"verdict {LOOKS[crop.verdict]}")
 
 
-def _counts(story: GrowthStory) -> Html:
-    found = story.found
+def _counts(growth: Outlook) -> Html:
+    found = growth.found
     counts, reference = found.counts, found.reference
     rows = [
         ["Fruitlets on the first visit", str(counts.initial)],
@@ -114,21 +104,21 @@ def _counts(story: GrowthStory) -> Html:
         ["Set of all trees like them", f"{_span(found.interval90_trees_pct)} %"],
         [f"Reference, the {reference.n} fastest", f"{reference.rate_mm_per_day:.2f} mm/day"],
         ["Cutoff", f"{reference.cutoff_mm_per_day:.2f} mm/day"],
+        ["Set if matched by size order", f"{growth.by_size_order.set_pct:.1f} %"],
     ]
-    if story.by_size_order is not None:
-        rows.append(["Set if matched by size order", f"{story.by_size_order.set_pct:.1f} %"])
-    if story.crop is not None:
-        plan = story.crop.plan
+    if growth.crop is not None:
+        plan = growth.crop.plan
         rows.append(["Flower clusters of a tree", f"{plan.bloom_clusters:g}"])
     return table(["", ""], rows, "<>")
 
 
-def _trend_section(story: GrowthStory) -> Html:
-    if len(story.trend) < 2:
+def _trend_section(growth: Outlook) -> Html:
+    if len(growth.trend) < 2:
         text = "There is one forecast so far; a third visit will show whether it holds."
         return section("From visit to visit", element("p", text))
-    plan = None if story.crop is None else story.crop.plan
-    drawn = trend_plot(story.trend, story.sprays, plan)
+    plan = None if growth.crop is None else growth.crop.plan
+    days = [spray.sprayed_on for spray in growth.sprays]
+    drawn = trend_plot(growth.trend, days, plan)
     caption = "Each visit's forecast with its 90 % interval for all trees like the tagged ones."
     return section("From visit to visit", figure(drawn, caption))
 
@@ -141,12 +131,13 @@ def _rate_section(found: Forecast) -> Html:
     return section("Growth rates", figure(rate_histogram(found), caption))
 
 
-def _cluster_section(story: GrowthStory) -> Html:
+def _cluster_section(growth: Outlook, thumbnails: Mapping[int, bytes]) -> Html:
     by_tag: dict[int, list[FruitletForecast]] = {}
-    for each in story.found.fruitlets:
+    for each in growth.found.fruitlets:
         by_tag.setdefault(each.fruitlet.tag_id, []).append(each)
     rows = [
-        _cluster_row(cluster, by_tag[cluster.tag_id], story) for cluster in influences(story.found)
+        _cluster_row(each, by_tag[each.tag_id], growth.found, thumbnails)
+        for each in growth.clusters
     ]
     head = ["Cluster", "Fruitlets", "Stay", "Fall", "Not seen", "Points"]
     about = (
@@ -154,26 +145,29 @@ def _cluster_section(story: GrowthStory) -> Html:
         " cluster than without it."
     )
     columns = "<<>>>>"
-    if story.thumbnails:
+    if thumbnails:
         head, columns = ["", *head], f"<{columns}"
     return section("Clusters", element("p", about, "quiet"), table(head, rows, columns))
 
 
 def _cluster_row(
-    cluster: ClusterInfluence, fruitlets: Sequence[FruitletForecast], story: GrowthStory
+    cluster: ClusterInfluence,
+    fruitlets: Sequence[FruitletForecast],
+    found: Forecast,
+    thumbnails: Mapping[int, bytes],
 ) -> list[str]:
     name = [f"tag {cluster.tag_id}", *([] if cluster.tree is None else [f"tree {cluster.tree}"])]
     row = [
         _lines(name),
-        _lines(_fruitlet(each, story.found) for each in fruitlets),
+        _lines(_fruitlet(each, found) for each in fruitlets),
         str(cluster.counts.persist),
         str(cluster.counts.abscise),
         str(cluster.counts.not_seen),
         f"{cluster.influence_points:+.1f}".replace("-", "\N{MINUS SIGN}"),
     ]
-    if not story.thumbnails:
+    if not thumbnails:
         return row
-    data = story.thumbnails.get(cluster.tag_id)
+    data = thumbnails.get(cluster.tag_id)
     return ["" if data is None else _picture(data, f"The cluster at {name[0]}"), *row]
 
 

@@ -13,16 +13,14 @@ from statistics import mean
 
 from sqlite_utils import Database
 
-from fieldcam.growth.crop import CropForecast, CropPlan, crop_forecast
-from fieldcam.growth.forecast import Forecast, forecast, trend
+from fieldcam.growth.crop import CropPlan
 from fieldcam.growth.from_tracks import TrackedCluster, camera_record, tracked_cluster
-from fieldcam.growth.influence import ClusterInfluence, influences
+from fieldcam.growth.outlook import Outlook, outlook
 from fieldcam.growth.places import Association, SizeRule
 from fieldcam.growth.records import BlockRecord
-from fieldcam.growth.visits import chosen_interval
-from fieldcam.growth.warnings import Warning, warnings_about
+from fieldcam.growth.sprays import Spray
 from fieldcam.session.growing import ClusterRows, followed_cluster, tracks_of
-from fieldcam.store.blocks import SprayRecord, settings, sprays, tree_of_tags, trees
+from fieldcam.store.blocks import settings, sprays, tree_of_tags, trees
 from fieldcam.store.lookups import row_of
 from fieldcam.store.orchard_rows import Setting
 from fieldcam.store.rows import EntryId
@@ -37,22 +35,6 @@ class KnownCluster:
 
     rows: ClusterRows
     tracked: Mapping[Association, TrackedCluster]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BlockGrowth:
-    """All that is known about the growth of a block."""
-
-    found: Forecast
-    trend: tuple[Forecast, ...]
-    by_size_order: Forecast
-    """The same with fruitlets matched by the order of their sizes alone."""
-    crop: CropForecast | None
-    """None where the bloom clusters of a tree were not counted."""
-    warnings: tuple[Warning, ...]
-    clusters: tuple[ClusterInfluence, ...]
-    """The most influential first."""
-    sprays: tuple[SprayRecord, ...]
 
 
 def known_clusters(
@@ -80,33 +62,20 @@ def known_clusters(
         )
 
 
-def block_growth(
+def block_outlook(
     database: Database,
     block: EntryId,
     known: Sequence[KnownCluster],
     method: Association = Association.GEOMETRY,
     between: tuple[date | None, date | None] = (None, None),
-) -> BlockGrowth:
-    """Between two visits, each named by a day of it; else of the newest visit against the one
-    that it is best compared with.
-
-    Raises BadInput where there are no such visits, or nothing grew between them.
-    """
-    record = block_record(database, block, known, method)
-    interval = chosen_interval(record, *between)
-    found = forecast(record, *interval)
-    by_size = block_record(database, block, known, Association.SIZE_ORDER)
-    by_size_order = forecast(by_size, *interval)
-    plan, sprayed = crop_plan(database, block), sprays(database, block)
-    days = [spray.sprayed_on for spray in sprayed]
-    return BlockGrowth(
-        found,
-        trend(record),
-        by_size_order,
-        None if plan is None else crop_forecast(found, plan),
-        warnings_about(found, days, by_size_order),
-        influences(found),
-        sprayed,
+) -> Outlook:
+    """Raises BadInput where there are no such visits, or nothing grew between them."""
+    return outlook(
+        block_record(database, block, known, method),
+        block_record(database, block, known, Association.SIZE_ORDER),
+        between,
+        crop_plan(database, block),
+        [Spray(spray.sprayed_on, spray.product) for spray in sprays(database, block)],
     )
 
 

@@ -16,12 +16,8 @@ from textual.widgets import Static
 from textual.worker import get_current_worker
 
 from fieldcam.errors import BadInput
-from fieldcam.session.block_growth import (
-    BlockGrowth,
-    KnownCluster,
-    block_growth,
-    known_clusters,
-)
+from fieldcam.growth.outlook import Outlook
+from fieldcam.session.block_growth import KnownCluster, block_outlook, known_clusters
 from fieldcam.session.commands import Walk
 from fieldcam.session.growing import block_rows
 from fieldcam.session.state import WalkState
@@ -46,7 +42,7 @@ FOLLOWING = "Following the fruitlets from day to day"
 class Grown:
     """What the clusters say together, or why they say nothing."""
 
-    growth: BlockGrowth | None
+    growth: Outlook | None
     problem: str
 
 
@@ -67,7 +63,7 @@ class GrowthScreen(Page):
         super().__init__(walk, state)
         self._block: EntryId | None = None
         self._known: dict[int, KnownCluster] = {}
-        self._growth: BlockGrowth | None = None
+        self._growth: Outlook | None = None
         """The last one, to be drawn in another width."""
 
     def body(self) -> ComposeResult:
@@ -116,7 +112,7 @@ class GrowthScreen(Page):
                 learned = partial(self._learned, block, cluster, len(known), len(rows))
                 self.post_message(LookedUp(learned))
         try:
-            return Grown(block_growth(database, block, tuple(known.values())), "")
+            return Grown(block_outlook(database, block, tuple(known.values())), "")
         except BadInput as error:
             return Grown(None, str(error))
 
@@ -138,10 +134,10 @@ class GrowthScreen(Page):
         for part in ("#numbers", "#told-lines", "#cluster-lines"):
             self.query_one(part, Static).update()
 
-    def _write(self, growth: BlockGrowth) -> None:
+    def _write(self, growth: Outlook) -> None:
         width = self.size.width - 2
         parts = {
-            "#heading": [heading(growth.found, growth.sprays)],
+            "#heading": [heading(growth)],
             "#verdict": verdict_lines(growth, width),
             "#numbers": number_lines(growth),
             "#told-lines": told_lines(growth),

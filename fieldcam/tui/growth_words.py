@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from fieldcam.growth.crop import CropForecast
-from fieldcam.growth.forecast import Forecast
 from fieldcam.growth.influence import ClusterInfluence
+from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.resampling import Interval
-from fieldcam.session.block_growth import BlockGrowth
-from fieldcam.store.blocks import SprayRecord
 from fieldcam.tui.letters import BLOCK
 from fieldcam.words import number_of
 
@@ -19,18 +17,18 @@ LONGEST_TREE = 6
 CLUSTERS = ("tag", "tree", "first", "stay", "fall", "points")
 
 
-def heading(found: Forecast, sprays: Sequence[SprayRecord]) -> str:
+def heading(growth: Outlook) -> str:
     """The two visits, and how long before the second one was sprayed."""
+    found, spray = growth.found, growth.last_spray
     parts = [f"{found.start.first:%d %b} to {found.end.first:%d %b}"]
     parts.append(number_of(round(found.days), "day"))
-    past = [spray for spray in sprays if spray.sprayed_on <= found.end.first]
-    if past:
-        since = (found.end.first - past[-1].sprayed_on).days
-        parts.append(f"{number_of(since, 'day')} after {past[-1].product}")
+    if spray is not None:
+        since = (found.end.first - spray.sprayed_on).days
+        parts.append(f"{number_of(since, 'day')} after {spray.product}")
     return "   ".join(parts)
 
 
-def verdict_lines(growth: BlockGrowth, width: int) -> Iterator[str]:
+def verdict_lines(growth: Outlook, width: int) -> Iterator[str]:
     """The prediction against the target, and a bar of it `width` columns wide."""
     found, crop = growth.found, growth.crop
     yield (
@@ -46,7 +44,7 @@ def verdict_lines(growth: BlockGrowth, width: int) -> Iterator[str]:
     yield gauge(crop.fruit, crop.interval90_fruit, target, 1.2 * max(high, target or 0.0), width)
 
 
-def number_lines(growth: BlockGrowth) -> Iterator[str]:
+def number_lines(growth: Outlook) -> Iterator[str]:
     """What the prediction is made of."""
     found, counts, reference = growth.found, growth.found.counts, growth.found.reference
     yield (
@@ -61,7 +59,7 @@ def number_lines(growth: BlockGrowth) -> Iterator[str]:
     yield f"By size order alone {growth.by_size_order.set_pct:.0f} % ({apart:+.0f} points)"
 
 
-def told_lines(growth: BlockGrowth) -> Iterator[str]:
+def told_lines(growth: Outlook) -> Iterator[str]:
     """The trend over the visits, then the warnings."""
     if len(growth.trend) > 1:
         yield "Visit by visit"

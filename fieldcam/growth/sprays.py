@@ -1,0 +1,22 @@
+"""Thinning sprays, whose effect a forecast has to wait for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+
+
+@dataclass(frozen=True, slots=True)
+class Spray:
+    """One spray of a block."""
+
+    sprayed_on: date
+    product: str = ""
+    """Empty where nobody said."""
+
+
+def last_spray(sprays: Sequence[Spray], until: date) -> Spray | None:
+    """The last one up to a day; None where there was none."""
+    past = [spray for spray in sprays if spray.sprayed_on <= until]
+    return max(past, key=lambda spray: spray.sprayed_on, default=None)
