@@ -67,6 +67,27 @@ def test_the_document_holds_what_scripts_rely_on(capsys: Capture, calipers: Path
             assert {"2026-05-14", "2026-05-18"} <= set(each["sizes_mm"])
 
 
+def test_size_order_and_days_since_the_spray_stand_beside_it(
+    capsys: Capture, calipers: Path
+) -> None:
+    days = ["2026-05-12", "2026-05-09", "2026-05-19"]
+    sprayed = [f"--sprayed={day}" for day in days]
+    _, out, _ = run(capsys, "growth", "--calipers", str(calipers), "--json", *sprayed)
+    found = json.loads(out)
+    assert found["days_since_spray"] == 6
+    assert [spray["date"] for spray in found["sprays"]] == [
+        "2026-05-12",
+        "2026-05-09",
+        "2026-05-19",
+    ]
+    apart = abs(found["by_size_order"]["set_pct_of_initial"] - found["set_pct_of_initial"])
+    assert apart > 0
+    warned = "size_order_differs" in {each["code"] for each in found["warnings"]}
+    assert warned is (apart > 3)
+    _, out, _ = run(capsys, "growth", "--calipers", str(calipers), "--json")
+    assert json.loads(out)["days_since_spray"] is None
+
+
 def test_visits_may_be_named(capsys: Capture, calipers: Path) -> None:
     days = ("--from", "2026-05-10", "--to", "2026-05-18")
     _, out, _ = run(capsys, "growth", "--calipers", str(calipers), "--json", *days)
@@ -80,6 +101,7 @@ def test_the_text_begins_with_what_it_means(capsys: Capture, calipers: Path) -> 
     assert code == ExitCode.OK
     assert lines[0].startswith("Block gala, 2026-05-14 to 2026-05-18: ")
     assert "more than the target of 60: thin again" in lines[1]
+    assert "The second visit was 6 days after the last spray." in lines
     assert [line for line in lines if "The last spray was 6 days before" in line]
     assert len(lines[lines.index("Clusters, those that count most first:") :]) == 62
 

@@ -59,6 +59,7 @@ def test_the_page_says_verdict_warnings_and_what_was_assumed() -> None:
     assert f"{found.set_pct:.0f} % of the first fruitlets will stay" in text
     assert all(warning.text in text for warning in growth.warnings)
     assert "Somebody guessed." in text and "Simulated data" in text
+    assert "The last spray was 6 days before the second visit." in text
     assert "spray 12 May" in text and "target 1" in text
     assert f"Set if matched by size order {growth.by_size_order.set_pct:.1f} %" in text
 

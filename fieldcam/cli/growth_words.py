@@ -23,7 +23,7 @@ def growth_lines(growth: Outlook, notes: Sequence[str]) -> Iterator[str]:
     )
     if growth.crop is not None:
         yield _fruit_line(growth.crop)
-    yield from _number_lines(found)
+    yield from _number_lines(growth)
     yield from _listed("Warnings", [each.text for each in growth.warnings])
     yield from _listed("Assumed", notes)
     yield from _trend_lines(growth.trend)
@@ -40,9 +40,14 @@ def _fruit_line(crop: CropForecast) -> str:
     return f"{line}; {crop.against_target}." if crop.against_target else f"{line}."
 
 
-def _number_lines(found: Forecast) -> Iterator[str]:
+def _number_lines(growth: Outlook) -> Iterator[str]:
+    found = growth.found
     counts, reference = found.counts, found.reference
     yield f"On all trees like these: {_span(found.interval90_trees_pct)} %."
+    yield f"Matched by size order alone: {growth.by_size_order.set_pct:.1f} %."
+    if growth.days_since_spray is not None:
+        since = number_of(growth.days_since_spray, "day")
+        yield f"The second visit was {since} after the last spray."
     yield ""
     yield (
         f"Of {number_of(counts.initial, 'fruitlet')} on the first visit {counts.persist} persist,"

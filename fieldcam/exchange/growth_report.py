@@ -41,6 +41,9 @@ def growth_report(growth: Outlook, notes: Sequence[str]) -> Json:
         "warnings": [{"code": each.code, "text": each.text} for each in growth.warnings],
         "notes": list(notes),
         "crop": None if growth.crop is None else _crop(growth.crop),
+        "days_since_spray": growth.days_since_spray,
+        "sprays": [{"date": str(s.sprayed_on), "product": s.product} for s in growth.sprays],
+        "by_size_order": _set(growth.by_size_order),
         "trend": [_step(each) for each in growth.trend],
         "clusters": [_cluster(each) for each in growth.clusters],
         "fruitlets": [_fruitlet(each) for each in found.fruitlets],
@@ -59,9 +62,11 @@ def _crop(crop: CropForecast) -> Json:
 
 
 def _step(found: Forecast) -> Json:
+    return {"from": str(found.start.first), "to": str(found.end.first), **_set(found)}
+
+
+def _set(found: Forecast) -> Json:
     return {
-        "from": str(found.start.first),
-        "to": str(found.end.first),
         "set_pct_of_initial": found.set_pct,
         "interval90_pct": list(found.interval90_pct),
         "interval90_trees_pct": list(found.interval90_trees_pct),

@@ -40,6 +40,12 @@ class Outlook:
         """The last one before the second of the two visits, or on its day."""
         return last_spray(self.sprays, self.found.end.first)
 
+    @property
+    def days_since_spray(self) -> int | None:
+        """From the last spray to the second of the two visits."""
+        spray = self.last_spray
+        return None if spray is None else (self.found.end.first - spray.sprayed_on).days
+
 
 def outlook(
     block: BlockRecord,

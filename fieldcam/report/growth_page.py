@@ -56,7 +56,7 @@ def growth_page(
     title = f"Fruit set of {found.block.name}"
     parts = [
         element("h1", title),
-        element("p", _occasion(found), "quiet"),
+        element("p", _occasion(growth), "quiet"),
         _verdict(growth),
         listing([each.text for each in growth.warnings], "warnings"),
         section("The count", _counts(growth)),
@@ -68,13 +68,22 @@ def growth_page(
     return page(title, parts, simulated)
 
 
-def _occasion(found: Forecast) -> str:
+def _occasion(growth: Outlook) -> str:
+    found = growth.found
     clusters = len({each.fruitlet.tag_id for each in found.fruitlets})
     return (
         f"Growth from {_day(found.start.first)} to {_day(found.end.first)} ({found.days:g} days),"
         f" measured by {MEASURED_BY[found.block.source]}; {number_of(clusters, 'cluster')},"
-        f" {number_of(found.counts.initial, 'fruitlet')} on the first visit."
+        f" {number_of(found.counts.initial, 'fruitlet')} on the first visit.{_sprayed(growth)}"
     )
+
+
+def _sprayed(growth: Outlook) -> str:
+    spray, since = growth.last_spray, growth.days_since_spray
+    if spray is None or since is None:
+        return ""
+    what = f"spray of {spray.product}" if spray.product else "spray"
+    return f" The last {what} was {number_of(since, 'day')} before the second visit."
 
 
 def _verdict(growth: Outlook) -> Html:

@@ -19,11 +19,10 @@ CLUSTERS = ("tag", "tree", "first", "stay", "fall", "points")
 
 def heading(growth: Outlook) -> str:
     """The two visits, and how long before the second one was sprayed."""
-    found, spray = growth.found, growth.last_spray
+    found, spray, since = growth.found, growth.last_spray, growth.days_since_spray
     parts = [f"{found.start.first:%d %b} to {found.end.first:%d %b}"]
     parts.append(number_of(round(found.days), "day"))
-    if spray is not None:
-        since = (found.end.first - spray.sprayed_on).days
+    if spray is not None and since is not None:
         parts.append(f"{number_of(since, 'day')} after {spray.product}")
     return "   ".join(parts)
 
