@@ -7,9 +7,11 @@ from dataclasses import replace
 import pytest
 from made_records import FALLEN, NOT_SEEN, fast_ones, made_block, made_fruitlet, on
 
+from fieldcam.errors import BadInput
 from fieldcam.growth.forecast import forecast
 from fieldcam.growth.records import BlockRecord, FruitletRecord
 from fieldcam.growth.sprays import Spray
+from fieldcam.growth.visits import chosen_interval
 from fieldcam.growth.warnings import warnings_about
 
 
@@ -84,6 +86,16 @@ def test_a_visit_with_half_the_clusters_is_said() -> None:
     texts = {warning.code: warning.text for warning in warnings_about(found)}
     assert "25 on 2026-05-18" in texts["clusters_missed"]
     assert "50 of 100 fruitlets were not seen" in texts["many_not_seen"]
+
+
+def test_pictures_that_are_not_read_are_no_missing_measurements() -> None:
+    block = replace(made_block(many_clusters()), unread={on(8): 1, on(12): 6})
+    found = forecast(block, on(4), on(8))
+    text = {each.code: each.text for each in warnings_about(found)}["unread_pictures"]
+    assert "Pictures of 7 clusters are stored and not read (1 on 2026-05-18" in text
+    with pytest.raises(BadInput) as refused:
+        chosen_interval(replace(block, visits=block.visits[:1]))
+    assert "6 on 2026-05-22" in str(refused.value.hint)
 
 
 def test_a_cluster_whose_fruitlets_shrank_may_be_another_one() -> None:

@@ -8,14 +8,15 @@ from pathlib import Path
 import pytest
 from called_commands import Capture, assert_one_sentence, run
 from checked_pages import words_of
-from grown_walks import DAYS, grown_field
+from grown_walks import DAYS, LATER_DAYS, grown_field
 from planned_blocks import Measuring, measured_block
-from stored_walks import MadeWalk, small_store
+from stored_walks import MadeWalk, raw_pair, small_store
 
 from fieldcam.errors import ExitCode
 from fieldcam.exchange.calipers import wide_table
 from fieldcam.growth.records import Source
 from fieldcam.simulator.plan import Block
+from fieldcam.store.judgement_rows import Action, Decision
 
 
 @pytest.fixture
@@ -37,6 +38,18 @@ def test_a_stored_block_is_forecast(
     assert (found["block"], found["from"], found["to"]) == ("North", *map(str, DAYS))
     assert (found["initial"], found["persist"]) == (8, persist)
     assert found["notes"] == []
+
+
+def test_pictures_that_wait_to_be_read_are_told(capsys: Capture, field: Path) -> None:
+    with small_store(field) as store:
+        walk = MadeWalk(store)
+        visit = walk.visit(LATER_DAYS)
+        discarded = [walk.take(visit, tag).key for tag in (21, 21, 22, 22)][-1]
+        store.append(Decision(discarded, Action.DISCARD))
+        store.save(raw_pair(99), visit=walk.visit(LATER_DAYS + 3), tag_expected=None)
+    _, out, _ = run(capsys, "growth", "--data", field, "--json")
+    told = {each["code"]: each["text"] for each in json.loads(out)["warnings"]}
+    assert told["unread_pictures"].startswith("Pictures of 3 clusters are stored and not read (2")
 
 
 def test_the_page_shows_each_cluster_with_its_picture(

@@ -28,7 +28,10 @@ def tracked_cluster(
 
 
 def camera_record(
-    name: str, clusters: Iterable[TrackedCluster], tree_of: Mapping[int, str] | None = None
+    name: str,
+    clusters: Iterable[TrackedCluster],
+    tree_of: Mapping[int, str] | None = None,
+    unread: Mapping[date, int] | None = None,
 ) -> BlockRecord:
     """All clusters of a block; fruitlets are called 1, 2 ... in each."""
     fruitlets: list[FruitletRecord] = []
@@ -44,6 +47,7 @@ def camera_record(
         {day: frozenset(tags) for day, tags in sorted(visited.items())},
         tuple(fruitlets),
         dict(tree_of or {}),
+        dict(unread or {}),
     )
 
 

@@ -64,3 +64,5 @@ class BlockRecord:
     fruitlets: tuple[FruitletRecord, ...]
     tree_of: Mapping[int, str] = field(default_factory=dict)
     """Label of the tree by tag, where it is known."""
+    unread: Mapping[date, int] = field(default_factory=dict)
+    """Clusters with pictures that were stored and are not read, by their day."""

@@ -8,6 +8,7 @@ from datetime import date, timedelta
 
 from fieldcam.errors import BadInput
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting
+from fieldcam.words import number_of
 
 LEAST_DAYS = 3
 """Shorter intervals lie inside what calipers themselves scatter (paper, Data Collection)."""
@@ -78,7 +79,7 @@ def chosen_interval(
     if len(visits) < 2:
         raise BadInput(
             f"Block {block.name} has {_counted(visits)}; growth needs two.",
-            f"Measure it again at least {LEAST_DAYS} days later.",
+            unread_pictures(block) or f"Measure it again at least {LEAST_DAYS} days later.",
         )
     last = visits[-1] if end is None else visit_on(block, end)
     if start is not None:
@@ -96,6 +97,17 @@ def visit_on(block: BlockRecord, day: date) -> BlockVisit:
             return visit
     days = ", ".join(str(visit.first) for visit in visits) or "never"
     raise BadInput(f"Block {block.name} was not measured on {day}.", f"Its visits: {days}.")
+
+
+def unread_pictures(block: BlockRecord) -> str | None:
+    """A sentence on what was photographed and is not known yet; None where all was read."""
+    if not block.unread:
+        return None
+    days = ", ".join(f"{count} on {day}" for day, count in sorted(block.unread.items()))
+    return (
+        f"Pictures of {number_of(sum(block.unread.values()), 'cluster')} are stored and not read"
+        f" ({days}): nothing is known of them yet."
+    )
 
 
 def _counted(visits: Sequence[BlockVisit]) -> str:

@@ -10,7 +10,7 @@ from fieldcam.growth.forecast import Forecast
 from fieldcam.growth.reference import FASTEST
 from fieldcam.growth.sprays import Spray, last_spray
 from fieldcam.growth.tag_warnings import emptied_clusters, mixed_up_clusters, named, tags_changed
-from fieldcam.growth.visits import LEAST_DAYS, visits_of
+from fieldcam.growth.visits import LEAST_DAYS, unread_pictures, visits_of
 from fieldcam.words import number_of
 
 LEAST_START_MM = 6.0
@@ -117,9 +117,13 @@ def _clusters_missed(found: Forecast) -> str | None:
     if not missed:
         return None
     return (
-        f"Of the {len(everywhere)} clusters of the first visit some were not measured:"
+        f"Of the {number_of(len(everywhere), 'cluster')} of the first visit some have no sizes:"
         f" {', '.join(missed)}; their fruitlets count as not seen."
     )
+
+
+def _unread_pictures(found: Forecast) -> str | None:
+    return unread_pictures(found.block)
 
 
 def _clusters_added(found: Forecast) -> str | None:
@@ -198,6 +202,7 @@ _CHECKS: dict[str, Check] = {
     "few_fruitlets": _few_fruitlets,
     "many_not_seen": _many_not_seen,
     "clusters_missed": _clusters_missed,
+    "unread_pictures": _unread_pictures,
     "clusters_added": _clusters_added,
     "odd_reference": _odd_reference,
     "odd_growth": _odd_growth,

@@ -72,6 +72,23 @@ def counted_visits(
     )
 
 
+def unread_clusters(database: Database, block: EntryId) -> dict[date, int]:
+    """How many clusters of a day have pictures without a reading, by rising days.
+
+    Pictures whose tag nobody knows before they are read count as one cluster each.
+    """
+    found = rows(
+        database,
+        "SELECT visit.day, count(DISTINCT coalesce(capture.tag_id, capture.id)) AS clusters"
+        " FROM capture_now AS capture JOIN visit ON visit.id = capture.visit"
+        " WHERE visit.block = ? AND capture.reading IS NULL"
+        " AND coalesce(capture.action, 'accept') = 'accept'"
+        " GROUP BY visit.day ORDER BY visit.day",
+        block,
+    )
+    return {date.fromisoformat(row["day"]): row["clusters"] for row in found}
+
+
 def association_words(
     database: Database, readings: Iterable[EntryId]
 ) -> tuple[AssociationWord, ...]:
