@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from growth_coverage import Case, coverage, trial
-from made_records import fast_ones, made_block, made_fruitlet, on
+from made_records import NOT_SEEN, fast_ones, made_block, made_fruitlet, on
 from planned_blocks import Measuring, day_date, measured_block
 
 from fieldcam.growth.forecast import forecast
@@ -62,6 +62,21 @@ def test_calipers_keep_the_reference_of_spreadsheets() -> None:
     reference = forecast(block, day_date(0), day_date(4)).reference
     assert reference.rate_mm_per_day == reference.measured_mm_per_day
     assert reference.corrected_mm_per_day < reference.measured_mm_per_day
+
+
+@pytest.mark.parametrize(("grown", "corrects"), [(19, False), (20, True)])
+def test_the_mean_of_all_needs_no_correction(grown: int, corrects: bool) -> None:
+    """Hidden fruitlets are guessed at for the interval; the fastest of them are no reference."""
+    rates = np.linspace(-0.4, 0.4, grown)
+    seen = [
+        made_fruitlet(k % 7, str(k), {0: 9.0, 4: 9.0 + 4.0 * float(rate)})
+        for k, rate in enumerate(rates)
+    ]
+    hidden = [made_fruitlet(k % 7, f"hidden {k}", {0: 9.0, 4: NOT_SEEN}) for k in range(30)]
+    found = forecast(made_block([*seen, *hidden], Source.CAMERA), on(0), on(4))
+    reference = found.reference
+    assert reference.corrected_mm_per_day > reference.measured_mm_per_day + 0.1
+    assert (reference.rate_mm_per_day == reference.measured_mm_per_day) is not corrects
 
 
 @pytest.mark.parametrize("source", Source)

@@ -157,9 +157,13 @@ def counts_of(fruitlets: Sequence[FruitletForecast]) -> Counts:
 
 
 def _reference(source: Source, rates: np.ndarray, resampled: Resampled) -> Reference:
-    """Growers' spreadsheets, and the trials behind the 50 %, take calipers as they read."""
+    """Growers' spreadsheets, and the trials behind the 50 %, take calipers as they read.
+
+    The mean of all, where they are so few, is not pushed up by choosing the fastest.
+    """
     measured, corrected = mean_of_fastest(rates), resampled.reference_mm_per_day
-    used = corrected if source is Source.CAMERA else measured
+    chosen = source is Source.CAMERA and len(rates) >= FASTEST
+    used = corrected if chosen else measured
     return Reference(min(FASTEST, len(rates)), used, measured, corrected)
 
 

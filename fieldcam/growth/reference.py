@@ -21,7 +21,7 @@ class Reference:
     n: int
     """FASTEST, or all where fewer have a rate."""
     rate_mm_per_day: float
-    """The one that counts."""
+    """The one that counts: corrected where a camera measured FASTEST or more, else measured."""
     measured_mm_per_day: float
     """Straight from the sizes; their errors push it up."""
     corrected_mm_per_day: float
