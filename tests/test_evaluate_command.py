@@ -11,8 +11,10 @@ import pytest
 from called_commands import Capture, assert_one_sentence, run
 from checked_pages import words_of
 from grown_walks import DAYS, GROWN, START, grown_field
+from stored_walks import MadeWalk, small_store
 
 from fieldcam.errors import ExitCode
+from fieldcam.store.fruit_rows import CaliperSize
 
 OFF_MM = 0.1
 """The camera reads so much less than the calipers."""
@@ -78,6 +80,22 @@ def test_a_person_reads_tables_and_the_files_are_written(
     rows = list(csv.DictReader(files[0].open()))
     assert {row["block"] for row in rows} == {"North"}
     assert "mean absolute error 0.10 mm" in words_of(files[1].read_text())
+
+
+def test_sizes_typed_at_the_tag_that_the_table_has_otherwise_are_told(
+    capsys: Capture, field: Path, tmp_path: Path
+) -> None:
+    table = caliper_table(tmp_path / "calipers.csv")
+    command = "evaluate", "--data", field, "--block", "North", "--calipers", table, "--json"
+    _, out, _ = run(capsys, *command)
+    assert json.loads(out)["notes"] == []
+    with small_store(field) as store:
+        block = MadeWalk(store).block
+        for fruit, mm in (("1", START[11][0] + OFF_MM), ("2", 3.0), ("3", 4.0), ("9", 9.0)):
+            store.append(CaliperSize(block, 11, DAYS[0], fruit, mm))
+    _, out, _ = run(capsys, *command)
+    (note,) = json.loads(out)["notes"]
+    assert "2 are others in the table and 1 are not in it; only the table counts" in note
 
 
 @pytest.mark.parametrize(

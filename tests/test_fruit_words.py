@@ -69,6 +69,21 @@ def test_fruitlets_are_named_and_measured(walk: Walked) -> None:
     assert sizes(walk) == [(11, "fl 3", 9.5)]
 
 
+def test_a_name_belongs_to_one_fruitlet_of_a_picture(walk: Walked) -> None:
+    shown, reading = shoot(walk)
+    name = partial(walk.live.name_fruit, shown.id)
+    walk.after(partial(name, 0, "fl1", 9.0), Done)
+    refused, _ = walk.after(partial(name, 1, " fl1", 8.0), Refused)
+    assert refused.sentence.startswith("fl1 is fruitlet 0 of this picture")
+    assert names_in(walk.made.store.database, reading) == {0: "fl1"}
+    assert sizes(walk) == [(11, "fl1", 9.0)]
+    walk.after(partial(name, 0, "fl2", None), Done)
+    walk.after(partial(name, 1, "fl1", 8.0), Done)
+    second, _ = second_view(walk)
+    walk.after(partial(walk.live.name_fruit, second.id, 2, "fl1", None), Done)
+    assert sizes(walk) == [(11, "fl1", 8.0)]
+
+
 def test_what_makes_no_sense_is_refused(walk: Walked) -> None:
     shown, reading = shoot(walk)
     name = partial(walk.live.name_fruit, shown.id)

@@ -74,7 +74,11 @@ def _evaluated(
     arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary, table: CaliperTable
 ) -> Evaluation:
     from fieldcam.growth.evaluation.evaluating import Evaluation, score_readings
-    from fieldcam.session.evaluating import named_clusters, seconds_per_cluster
+    from fieldcam.session.evaluating import (
+        named_clusters,
+        seconds_per_cluster,
+        typed_otherwise,
+    )
     from fieldcam.store.blocks import visits
     from fieldcam.store.folder import DataKind
 
@@ -90,13 +94,14 @@ def _evaluated(
             "Name the fruitlets on the Cluster screen as the table does.",
         )
     others = (_by_sgbm(arguments, store, block, calipers, forecasts),) if arguments.sgbm else ()
+    notes = (*table.notes, typed_otherwise(store.database, block.id, calipers), *forecasts.whys)
     return Evaluation(
         block.name,
         forecasts.persist_pct(calipers),
         (readings, *others),
         seconds_per_cluster(store.database, block.id),
         store.folder.kind is DataKind.SIMULATED,
-        (*table.notes, *forecasts.whys),
+        tuple(note for note in notes if note),
     )
 
 

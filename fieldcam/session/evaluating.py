@@ -9,11 +9,15 @@ from sqlite_utils import Database
 from fieldcam.growth.evaluation.evaluating import Seconds, seconds_of
 from fieldcam.growth.evaluation.named import NamedCluster
 from fieldcam.growth.places import Place
+from fieldcam.growth.records import BlockRecord
 from fieldcam.session.growing import block_rows, followed_cluster
 from fieldcam.store.blocks import visits
-from fieldcam.store.calipers import named_fruitlets
+from fieldcam.store.calipers import caliper_sizes, named_fruitlets
 from fieldcam.store.durations import is_pause, visit_times
 from fieldcam.store.rows import EntryId
+
+SAME_MM = 0.005
+"""Sizes that differ by no more were rounded."""
 
 
 def named_clusters(database: Database, block: EntryId) -> Iterator[NamedCluster]:
@@ -25,6 +29,27 @@ def named_clusters(database: Database, block: EntryId) -> Iterator[NamedCluster]
         cluster = followed_cluster(database, rows)
         found = names.get(cluster.tag_id, {})
         yield NamedCluster(cluster.tag_id, cluster.visits, found, cluster.words)
+
+
+def typed_otherwise(database: Database, block: EntryId, table: BlockRecord) -> str:
+    """A sentence on caliper sizes that a table does not have as they were typed at the tags.
+
+    Empty where there are none.
+    """
+    known = {(each.tag_id, each.fruitlet): each.sightings for each in table.fruitlets}
+    other = missing = 0
+    for size in caliper_sizes(database, block):
+        seen = known.get((size.tag_id, size.fruit), {}).get(size.day)
+        if seen is None or seen.diameter_mm is None:
+            missing += 1
+        elif abs(seen.diameter_mm - size.diameter_mm) > SAME_MM:
+            other += 1
+    if not other and not missing:
+        return ""
+    return (
+        f"Of the caliper sizes typed at the tags {other} are others in the table and {missing}"
+        " are not in it; only the table counts here."
+    )
 
 
 def seconds_per_cluster(database: Database, block: EntryId) -> dict[str, Seconds]:

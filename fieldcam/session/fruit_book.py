@@ -32,18 +32,23 @@ class FruitBook:
         """This fruitlet is the fruit of this name, with this size by caliper on that day.
 
         Without a name it keeps the one that it has, else gets the cluster's next free number.
+        A name that another fruitlet of the picture has is refused, as its size would go too.
         """
         if diameter_mm is not None and not 0 < diameter_mm <= MOST_MM:
             raise NotNow(f"A fruitlet measures between 0 and {MOST_MM:g} mm.")
         record, reading = self._read(capture)
-        if not any(seen.id == fruitlet and seen.living for seen in reading.target):
+        living = {seen.id for seen in reading.target if seen.living}
+        if fruitlet not in living:
             raise NotNow("Choose a fruitlet of the list first.")
         if record.tag_id is None or record.day is None:
             raise NotNow("Which tag this picture shows is not known yet.")
-        before = names_in(self.view.store.database, reading.id).get(fruitlet)
-        name = " ".join(fruit.split()) or before or self._next_number(record.tag_id)
+        names = names_in(self.view.store.database, reading.id)
+        name = " ".join(fruit.split()) or names.get(fruitlet) or self._next_number(record.tag_id)
         if len(name) > LONGEST_NAME or not name.isprintable():
             raise NotNow(f"A fruit's name has at most {LONGEST_NAME} letters.")
+        for other in living - {fruitlet}:
+            if names.get(other) == name:
+                raise NotNow(f"{name} is fruitlet {other} of this picture: rename that one first.")
         written: list[Row] = [CaliperIdentity(reading.id, fruitlet, name)]
         if diameter_mm is not None:
             size = CaliperSize(self._block, record.tag_id, record.day, name, diameter_mm)
