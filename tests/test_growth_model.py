@@ -16,7 +16,7 @@ from fieldcam.growth.crop import CropPlan, Verdict, crop_forecast
 from fieldcam.growth.forecast import Forecast, State, forecast, trend
 from fieldcam.growth.influence import influences
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
-from fieldcam.growth.visits import chosen_interval, visits_of
+from fieldcam.growth.visits import BlockVisit, chosen_interval, visits_of
 from fieldcam.simulator.plan import Block
 
 
@@ -117,6 +117,34 @@ def test_initial_ones_are_those_of_the_first_visit() -> None:
     ]
     found = forecast(made_block(fruitlets), on(4), on(8))
     assert (found.counts.initial, found.counts.fallen, found.set_pct) == (40, 20, 50.0)
+
+
+def test_initial_and_ignored_ones_are_as_many_for_all_visits() -> None:
+    fruitlets = [
+        *(made_fruitlet(1, f"a{i}", {0: 6.0 + i / 9, 4: 9.0, 8: 13.0}) for i in range(20)),
+        made_fruitlet(2, "late size", {0: SEEN, 4: 9.0, 8: 12.0}),
+        made_fruitlet(2, "outlier", {0: 8.0, 4: 40.0, 8: 11.0}),
+        made_fruitlet(2, "gap", {0: 8.0, 4: NOT_SEEN, 8: 11.0}),
+        made_fruitlet(2, "new", {4: 8.0, 8: 11.0}),
+    ]
+    block = made_block(fruitlets, Source.CAMERA)
+    found = [forecast(block, on(a), on(b)) for a, b in ((0, 4), (0, 8), (4, 8))]
+    assert [each.ignored for each in found] == [2, 1, 1]
+    assert {each.counts.initial + each.ignored for each in found} == {23}
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "written"),
+    [
+        (date(2026, 5, 14), date(2026, 5, 14), "2026-05-14"),
+        (date(2026, 5, 14), date(2026, 5, 15), "2026-05-14/15"),
+        (date(2026, 5, 31), date(2026, 6, 1), "2026-05-31/06-01"),
+        (date(2026, 12, 31), date(2027, 1, 1), "2026-12-31/2027-01-01"),
+    ],
+)
+def test_a_visit_is_called_by_all_its_days(first: date, last: date, written: str) -> None:
+    days = tuple(dict.fromkeys((first, last)))
+    assert str(BlockVisit(days, frozenset())) == written
 
 
 @pytest.mark.parametrize("source", Source)

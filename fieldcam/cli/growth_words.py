@@ -17,7 +17,7 @@ def growth_lines(growth: Outlook, notes: Sequence[str]) -> Iterator[str]:
     """`notes` are what was assumed, a sentence each."""
     found = growth.found
     yield (
-        f"Block {found.block.name}, {found.start.first} to {found.end.first}:"
+        f"Block {found.block.name}, {found.start} to {found.end}:"
         f" {found.set_pct:.1f} % of the initial fruitlets will persist"
         f" ({_span(found.interval90_pct)} %)."
     )
@@ -51,8 +51,8 @@ def _number_lines(growth: Outlook) -> Iterator[str]:
     yield ""
     yield (
         f"Of {number_of(counts.initial, 'fruitlet')} on the first visit {counts.persist} persist,"
-        f" {counts.abscise} abscise ({counts.fallen} have fallen), {counts.not_seen} were not"
-        " seen and are left out."
+        f" {counts.abscise} abscise ({counts.fallen} of them fallen), {counts.not_seen} without a"
+        f" size on both visits left out{_ignored(found)}."
     )
     yield (
         f"Over {found.days:g} days the {reference.n} fastest grew"
@@ -61,12 +61,17 @@ def _number_lines(growth: Outlook) -> Iterator[str]:
     )
 
 
+def _ignored(found: Forecast) -> str:
+    if not found.ignored:
+        return ""
+    return f"; besides them {found.ignored} not counted, without a first size or with an odd one"
+
+
 def _trend_lines(trend: Sequence[Forecast]) -> Iterator[str]:
     if len(trend) > 1:
         yield from ("", "Visit by visit:")
         yield from (
-            f"  {each.start.first} to {each.end.first}: {each.set_pct:.1f} %"
-            f" ({_span(each.interval90_pct)})"
+            f"  {each.start} to {each.end}: {each.set_pct:.1f} % ({_span(each.interval90_pct)})"
             for each in trend
         )
 

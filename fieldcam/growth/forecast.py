@@ -97,6 +97,15 @@ class Forecast:
         return 0.0 if share is None else share
 
     @property
+    def ignored(self) -> int:
+        """Fruitlets of the first visit that are not among the initial ones.
+
+        They have no size up to the first of the two visits, or an outlier: together with
+        them the initial ones are as many for all pairs of visits.
+        """
+        return sum(each.state is State.IGNORED for each in self.fruitlets)
+
+    @property
     def interval90_pct(self) -> Interval:
         """Of the set of the tagged clusters: what measuring errors leave open."""
         return interval90(self.resampled.set_of_tagged_pct, self.set_pct)
@@ -119,8 +128,8 @@ def forecast(block: BlockRecord, start: date, end: date) -> Forecast:
     growth = [each.growth for each in followed if each.growth is not None]
     if not growth:
         raise BadInput(
-            f"No fruitlet of block {block.name} has a size both on {before.first} and on"
-            f" {after.first}: {_why_none(followed)}."
+            f"No fruitlet of block {block.name} has a size both on {before} and on"
+            f" {after}: {_why_none(followed)}."
         )
     resampled = resample(followed, NOISE[block.source])
     rates = np.array([each.rate_mm_per_day for each in growth])

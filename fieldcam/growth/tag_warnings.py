@@ -35,7 +35,7 @@ def emptied_clusters(found: Forecast) -> str | None:
         return None
     return (
         f"All fruitlets of {number_of(len(empty), 'cluster')} count as fallen since"
-        f" {found.start.first}: were they measured on {found.end.first}? {named(empty)}."
+        f" {found.start}: were they measured on {found.end}? {named(empty)}."
     )
 
 
@@ -46,7 +46,7 @@ def tags_changed(found: Forecast) -> str | None:
     if not ended or not begun:
         return None
     return (
-        f"Tag {named([str(tag) for tag in begun])} was first measured on {found.end.first}, when"
+        f"Tag {named([str(tag) for tag in begun])} was first measured on {found.end}, when"
         f" tag {named([str(tag) for tag in ended])} had nothing any more: did a cluster get"
         " another tag? Then its fruit counts as fallen or not seen, and wrongly so."
     )

@@ -28,6 +28,14 @@ class BlockVisit:
     def first(self) -> date:
         return self.days[0]
 
+    def __str__(self) -> str:
+        """Such as 2026-05-14, or 2026-05-14/15 for neighbouring days (ISO 8601, intervals)."""
+        first, last = self.days[0].isoformat(), self.days[-1].isoformat()
+        if first == last:
+            return first
+        shared = 8 if first[:8] == last[:8] else 5 if first[:5] == last[:5] else 0
+        return f"{first}/{last[shared:]}"
+
     def sighting(self, fruitlet: FruitletRecord) -> tuple[date, Sighting] | None:
         """What is known of a fruitlet: its last size, else the last that is known at all."""
         known = [(day, fruitlet.sightings[day]) for day in self.days if day in fruitlet.sightings]
@@ -85,7 +93,7 @@ def chosen_interval(
     if start is not None:
         return visit_on(block, start).first, last.first
     if last == visits[0]:
-        raise BadInput(f"Block {block.name} has no visit before that of {last.first}.")
+        raise BadInput(f"Block {block.name} has no visit before that of {last}.")
     return next(before.first for before, after in intervals(visits) if after == last), last.first
 
 
@@ -95,7 +103,7 @@ def visit_on(block: BlockRecord, day: date) -> BlockVisit:
     for visit in visits:
         if day in visit.days:
             return visit
-    days = ", ".join(str(visit.first) for visit in visits) or "never"
+    days = ", ".join(map(str, visits)) or "never"
     raise BadInput(f"Block {block.name} was not measured on {day}.", f"Its visits: {days}.")
 
 
@@ -111,4 +119,4 @@ def unread_pictures(block: BlockRecord) -> str | None:
 
 
 def _counted(visits: Sequence[BlockVisit]) -> str:
-    return f"only the visit of {visits[0].first}" if visits else "no visit"
+    return f"only the visit of {visits[0]}" if visits else "no visit"

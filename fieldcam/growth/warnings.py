@@ -102,15 +102,15 @@ def _many_not_seen(found: Forecast) -> str | None:
     if counts.not_seen <= MOST_NOT_SEEN * counts.initial:
         return None
     return (
-        f"{counts.not_seen} of {counts.initial} fruitlets were not seen again and are left out;"
-        f" more than {MOST_NOT_SEEN:.0%} make the forecast doubtful."
+        f"{counts.not_seen} of {number_of(counts.initial, 'fruitlet')} lack a size on one of the"
+        f" two visits and are left out; more than {MOST_NOT_SEEN:.0%} make the forecast doubtful."
     )
 
 
 def _clusters_missed(found: Forecast) -> str | None:
     everywhere = visits_of(found.block)[0].clusters
     missed = [
-        f"{len(everywhere - visit.clusters)} on {visit.first}"
+        f"{len(everywhere - visit.clusters)} on {visit}"
         for visit in (found.start, found.end)
         if everywhere - visit.clusters
     ]

@@ -12,6 +12,7 @@ from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.records import Source
 from fieldcam.growth.reference import FASTEST, PERSISTS_ABOVE
 from fieldcam.growth.resampling import Interval
+from fieldcam.growth.visits import BlockVisit
 from fieldcam.report.growth_plots import rate_histogram, trend_plot
 from fieldcam.report.page import (
     Html,
@@ -72,7 +73,7 @@ def _occasion(growth: Outlook) -> str:
     found = growth.found
     clusters = len({each.fruitlet.tag_id for each in found.fruitlets})
     return (
-        f"Growth from {_day(found.start.first)} to {_day(found.end.first)} ({found.days:g} days),"
+        f"Growth from {_visit(found.start)} to {_visit(found.end)} ({found.days:g} days),"
         f" measured by {MEASURED_BY[found.block.source]}; {number_of(clusters, 'cluster')},"
         f" {number_of(found.counts.initial, 'fruitlet')} on the first visit.{_sprayed(growth)}"
     )
@@ -107,8 +108,9 @@ def _counts(growth: Outlook) -> Html:
     rows = [
         ["Fruitlets on the first visit", str(counts.initial)],
         ["of these, stay", str(counts.persist)],
-        ["of these, fall", f"{counts.abscise} ({counts.fallen} have fallen)"],
-        ["of these, not seen again and left out", str(counts.not_seen)],
+        ["of these, fall", f"{counts.abscise} ({counts.fallen} of them fallen)"],
+        ["of these, without a size on both visits, left out", str(counts.not_seen)],
+        ["besides these, without a first size or with an odd one", str(found.ignored)],
         ["Set of the tagged clusters", f"{found.set_pct:.1f} % ({_span(found.interval90_pct)} %)"],
         ["Set of all trees like them", f"{_span(found.interval90_trees_pct)} %"],
         [f"Reference, the {reference.n} fastest", f"{reference.rate_mm_per_day:.2f} mm/day"],
@@ -134,8 +136,8 @@ def _trend_section(growth: Outlook) -> Html:
 
 def _rate_section(found: Forecast) -> Html:
     caption = (
-        f"Who grows more than the cutoff stays. {found.counts.fallen} that have fallen and"
-        f" {found.counts.not_seen} not seen again have no rate."
+        f"Who grows more than the cutoff stays. Without a rate: {found.counts.fallen} fallen and"
+        f" {found.counts.not_seen} without a size on both visits."
     )
     return section("Growth rates", figure(rate_histogram(found), caption))
 
@@ -207,7 +209,7 @@ def _method(found: Forecast) -> Iterator[str]:
     )
     yield (
         "The set is counted of all fruitlets of the block's first visit: those that have fallen"
-        " stay in it, those not seen again are left out of both counts."
+        " stay in it, those without a size on both visits are left out of both counts."
     )
     yield (
         "The interval of the tagged clusters is what measuring errors leave open; that of all"
@@ -226,5 +228,5 @@ def _span(interval: Interval) -> str:
     return f"{low:.0f} to {high:.0f}"
 
 
-def _day(day: date) -> str:
-    return f"{day.day} {day:%B %Y}"
+def _visit(visit: BlockVisit) -> str:
+    return " and ".join(f"{day.day} {day:%B %Y}" for day in visit.days)
