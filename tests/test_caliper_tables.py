@@ -63,6 +63,8 @@ GOOD: dict[str, str | bytes] = {
     "wide without the last separators": WIDE.replace("7.0,\n", "7.0\n"),
     "long": LONG,
     "long without the fallen": LONG.replace("2026-05-14,17,2,\n", ""),
+    "long with times": LONG.replace("-10,", "-10 09:30:00,").replace("-14,", "-14T18:05,"),
+    "wide with times": WIDE.replace("05-10", "05-10 09:30:00").replace("05-14", "05-14T7:30"),
     "long in any order": LONG.splitlines()[0] + "\n" + "\n".join(LONG.splitlines()[:0:-1]),
     "long with other dates": LONG.replace("2026-05-10", "10.05.2026").replace(
         "-14", "-14 00:00:00"
@@ -109,6 +111,15 @@ SHEETS: dict[str, list[tuple[object, ...]]] = {
 }
 
 
+def test_sheets_without_rows_are_told(tmp_path: Path) -> None:
+    empty: dict[str, list[tuple[object, ...]]] = {"2026-05-18": [HEADING], "notes": [("windy",)]}
+    found = read_calipers(workbook(tmp_path / "gala.xlsx", SHEETS | empty))
+    assert found.notes[:2] == (
+        "Sheets that are not named as a date were left out: notes.",
+        "Sheets without rows were left out: 2026-05-18.",
+    )
+
+
 def test_the_authors_workbook(tmp_path: Path) -> None:
     found = read_calipers(workbook(tmp_path / "gala.xlsx", {**SHEETS, "notes": [("rain",)]}))
     assert sizes(found.record) == EXPECTED
@@ -149,13 +160,17 @@ def test_files_that_are_no_workbooks(tmp_path: Path, content: bytes) -> None:
     path.write_bytes(content)
     with pytest.raises(BadInput, match="is no workbook"):
         read_calipers(path)
-    path.unlink()
+    named_wrongly = path.with_suffix(".csv")
+    workbook(path, SHEETS).rename(named_wrongly)
+    with pytest.raises(BadInput, match=r"is a workbook, not a CSV table\. Let its name end in"):
+        read_calipers(named_wrongly)
     with pytest.raises(BadInput, match="There is no file"):
         read_calipers(path)
 
 
 BAD = {
-    "": "gala.csv: its heading is not that of a caliper table.",
+    "": "gala.csv is empty.",
+    "\n\n": "gala.csv is empty.",
     "a,b,c\n1,2,3\n": "gala.csv: its heading is not that of a caliper table.",
     "date,fruit,diameter_mm\n": "gala.csv: the column cluster is missing.",
     "date,cluster,fruit,diameter_mm\n": "gala.csv holds no sizes.",
@@ -186,7 +201,10 @@ BAD = {
     LONG.replace("2026-05-14,17,1", "2026-05-14,17,"): "gala.csv, line 5, column diameter_mm: this",
     LONG.replace("2026-05-14,17,1", "14/5/26,17,1"): "gala.csv, line 5, column date: '14/5/26' is",
     "date,cluster,fruit,diameter_mm\n2026-05-10,17,1,0.85\n2026-05-10,17,2,1.2\n": "gala.csv: the"
-    " sizes are 1 in the middle; are they in centimetres?",
+    " sizes of 2026-05-10 are 1 in the middle; are they in centimetres?",
+    WIDE.replace("8.5", "2.9").replace("7.0", "2.6").replace("9.1", "3.0"): "gala.csv: the sizes of"
+    " 2026-05-10 are 2.9 in the middle; are they in centimetres?",
+    WIDE.replace("11.0", "1.1").replace("12.0", "1.2"): "gala.csv: the sizes of 2026-05-14 are 1.1",
 }
 
 
@@ -203,7 +221,7 @@ def test_what_is_wrong_is_named_with_its_place(tmp_path: Path, text: str) -> Non
         (WIDE, (FIRST, SECOND), "gala.csv names its own dates."),
         (LONG, (FIRST, SECOND), "gala.csv names its own dates."),
         ("numbered", (SECOND, FIRST), "The dates 2026-05-14, 2026-05-10 are not in order."),
-        ("numbered", (FIRST,), "gala.csv has sizes of 2 visits, but 1 dates are named."),
+        ("numbered", (FIRST,), "gala.csv has sizes of 2 visits, but --dates names 1."),
     ],
 )
 def test_dates_that_do_not_fit(
@@ -219,6 +237,10 @@ NOTED = {
     "decimal commas": (GOOD["wide with decimal commas"], "gala.csv has commas as decimals"),
     "other order": (GOOD["wide, the newer day first"], "The dates of gala.csv are not in order"),
     "an empty column": (WIDE.replace("-14\n", "-14,diam.2026-05-20\n"), "Without any size, and so"),
+    "words for nothing": (
+        WIDE.replace("7.0,\n", "7.0,NA\n"),
+        "gala.csv says NA or the like in 1",
+    ),
     "an empty row": (WIDE + "2,18,2,,\n", "Left out: 1 fruit without any size."),
     "no names": (
         "date,cluster,fruit,diameter_mm\n2026-05-10,17,,7.0\n2026-05-10,17,,8.5\n"
@@ -283,7 +305,7 @@ def test_a_gap_is_not_a_fall(tmp_path: Path) -> None:
     assert fruit.sightings[SECOND].presence is Presence.NOT_SEEN
 
 
-CELL = st.none() | st.integers(30, 200).map(lambda tenths: tenths / 10)
+CELL = st.none() | st.integers(35, 200).map(lambda tenths: tenths / 10)
 TABLES = st.dictionaries(
     st.tuples(st.integers(0, 20), st.integers(1, 5)),
     st.lists(CELL, min_size=3, max_size=3).filter(lambda cells: any(cells)),

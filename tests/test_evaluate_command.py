@@ -95,7 +95,7 @@ def test_sizes_typed_at_the_tag_that_the_table_has_otherwise_are_told(
             store.append(CaliperSize(block, 11, DAYS[0], fruit, mm))
     _, out, _ = run(capsys, *command)
     (note,) = json.loads(out)["notes"]
-    assert "2 are others in the table and 1 are not in it; only the table counts" in note
+    assert "2 with another value in the table, 1 not in it at all; only the table" in note
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ def test_the_table_gives_the_forecast_of_the_block(
     out = tmp_path / "north.csv"
     code, printed, err = run(capsys, "export", "wide", out, "--data", field)
     assert (code, printed) == (ExitCode.OK, "")
-    assert "fruitlets of block North" in err
+    assert "Wrote 8 fruitlets of block North" in err
     stored = json.loads(run(capsys, "growth", "--data", field, "--json")[1])
     table = json.loads(run(capsys, "growth", "--calipers", out, "--json")[1])
     for field_name in ("from", "to", "initial", "not_seen", "fallen"):

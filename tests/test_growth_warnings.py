@@ -85,7 +85,7 @@ def test_a_visit_with_half_the_clusters_is_said() -> None:
     found = forecast(made_block(half), on(4), on(8))
     texts = {warning.code: warning.text for warning in warnings_about(found)}
     assert "25 on 2026-05-18" in texts["clusters_missed"]
-    assert "50 of 100 fruitlets lack a size" in texts["many_not_seen"]
+    assert ": 50 of 100 fruitlets;" in texts["many_not_seen"]
 
 
 def test_pictures_that_are_not_read_are_no_missing_measurements() -> None:

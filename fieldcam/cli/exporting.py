@@ -11,6 +11,7 @@ from fieldcam.cli.arguments import Parser, Subparsers, add_command, name
 from fieldcam.cli.console import narrate
 from fieldcam.cli.progress import progress
 from fieldcam.cli.stored_block import stored_block
+from fieldcam.words import number_of
 
 if TYPE_CHECKING:
     from fieldcam.growth.records import BlockRecord
@@ -34,8 +35,8 @@ def _wide(arguments: argparse.Namespace) -> None:
     record = _followed(arguments)
     write_target(arguments.out, wide_table(record).encode())
     narrate(
-        f"Wrote {len(record.fruitlets)} fruitlets of block {record.name} to {arguments.out};"
-        f" `fieldcam growth --calipers {arguments.out}` reads it."
+        f"Wrote {number_of(len(record.fruitlets), 'fruitlet')} of block {record.name} to"
+        f" {arguments.out}; `fieldcam growth --calipers {arguments.out}` reads it."
     )
 
 

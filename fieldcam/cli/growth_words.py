@@ -50,12 +50,12 @@ def _number_lines(growth: Outlook) -> Iterator[str]:
         yield f"The second visit was {since} after the last spray."
     yield ""
     yield (
-        f"Of {number_of(counts.initial, 'fruitlet')} on the first visit {counts.persist} persist,"
-        f" {counts.abscise} abscise ({counts.fallen} of them fallen), {counts.not_seen} without a"
-        f" size on both visits left out{_ignored(found)}."
+        f"Of {number_of(counts.initial, 'fruitlet')} on the first visit: {counts.persist} to"
+        f" persist, {counts.abscise} to abscise ({counts.fallen} of them fallen), {counts.not_seen}"
+        f" left out without a size on both visits{_ignored(found)}."
     )
     yield (
-        f"Over {found.days:g} days the {reference.n} fastest grew"
+        f"Over {found.days:g} days the fastest ({reference.n}) grew"
         f" {reference.rate_mm_per_day:.2f} mm/day ({reference.measured_mm_per_day:.2f} as"
         f" measured); what grew more than {reference.cutoff_mm_per_day:.2f} persists."
     )

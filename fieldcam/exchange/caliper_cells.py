@@ -11,7 +11,9 @@ from fieldcam.errors import BadInput
 
 WORDS_FOR_NOTHING = frozenset({"", "na", "n/a", "nan"})
 """What an empty cell looks like; R and spreadsheets write words for it."""
-_ISO = re.compile(r"(\d{4})[-./_](\d{1,2})[-./_](\d{1,2})(?:[ T]00:00(?::00(?:\.0+)?)?)?")
+_TIME = r"[ T_]\d{1,2}:\d{2}(?::\d{2}(?:\.\d+)?)?"
+"""Spreadsheets write a time behind a date; headings come in lower case, with _ for a space."""
+_ISO = re.compile(rf"(\d{{4}})[-./_](\d{{1,2}})[-./_](\d{{1,2}})(?:{_TIME})?", re.IGNORECASE)
 _DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
 _SLASHED = re.compile(r"(\d{1,2})[/-](\d{1,2})[/-](\d{4})")
 _DECIMAL = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)")
@@ -57,6 +59,11 @@ def diameter_of(text: str, place: str) -> float | None:
             f"{place}: {text} mm is no diameter.", "Leave the cell empty where a fruit has fallen."
         )
     return value
+
+
+def is_word_for_nothing(text: str) -> bool:
+    """Whether a cell is not empty, and says no more."""
+    return bool(text) and text.lower() in WORDS_FOR_NOTHING
 
 
 def whole_of(text: str, place: str, what: str) -> int:

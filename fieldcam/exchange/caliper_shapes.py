@@ -11,6 +11,7 @@ from fieldcam.exchange.caliper_cells import day_of, diameter_of, is_day, label_o
 from fieldcam.exchange.caliper_sizes import CaliperSize
 from fieldcam.exchange.caliper_tables import Table, TableRow
 from fieldcam.growth.records import Presence
+from fieldcam.words import number_of
 
 CLUSTER = ("cluster", "tag", "tag_id")
 FRUIT = ("fruit", "fruitlet", "fruit_id")
@@ -144,7 +145,8 @@ def _numbered(table: Table, visits: Mapping[str, str], dates: Sequence[date]) ->
         raise BadInput(f"The dates {', '.join(map(str, dates))} are not in order.")
     if len(dates) not in (len(used), len(columns)):
         raise BadInput(
-            f"{table.name} has sizes of {len(used)} visits, but {len(dates)} dates are named."
+            f"{table.name} has sizes of {number_of(len(used), 'visit')}, but --dates names"
+            f" {len(dates)}."
         )
     return dict(zip(columns, dates, strict=False))
 

@@ -11,8 +11,8 @@ from fieldcam.errors import BadInput
 from fieldcam.growth.records import Presence
 
 SIZES_MM = (1.0, 100.0)
-LEAST_MEDIAN_MM = 2.5
-"""Below it the sizes are most likely in centimetres."""
+LEAST_MEDIAN_MM = 3.5
+"""Of a day: below it the sizes are most likely in centimetres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,17 +38,25 @@ def check_sizes(name: str, sizes: Sequence[CaliperSize]) -> None:
     known = [each for each in sizes if each.diameter_mm is not None]
     if not known:
         raise BadInput(f"{name} holds no sizes.")
-    middle = median(each.diameter_mm for each in known if each.diameter_mm is not None)
-    if middle < LEAST_MEDIAN_MM:
-        raise BadInput(
-            f"{name}: the sizes are {middle:.2g} in the middle; are they in centimetres?",
-            "fieldcam needs millimetres.",
-        )
+    _check_millimetres(name, known)
     low, high = SIZES_MM
     for each in known:
         if each.diameter_mm is not None and not low <= each.diameter_mm <= high:
             raise BadInput(f"{each.place}: {each.written} mm is no size of a fruitlet.")
     _check_once(sizes)
+
+
+def _check_millimetres(name: str, sizes: Sequence[CaliperSize]) -> None:
+    by_day: dict[date, list[float]] = {}
+    for each in sizes:
+        by_day.setdefault(each.day, []).append(each.diameter_mm or 0.0)
+    for day, diameters_mm in sorted(by_day.items()):
+        if (middle := median(diameters_mm)) < LEAST_MEDIAN_MM:
+            raise BadInput(
+                f"{name}: the sizes of {day} are {middle:.2g} in the middle; are they in"
+                " centimetres?",
+                "fieldcam needs millimetres.",
+            )
 
 
 def _check_once(sizes: Sequence[CaliperSize]) -> None:

@@ -65,6 +65,8 @@ def csv_table(path: Path) -> Table:
     """Raises BadInput for a file without a heading, or a row that is longer than it."""
     lines = read_rows(path)
     number, heading = next(lines, (1, []))
+    if not heading:
+        raise BadInput(f"{path.name} is empty.")
     columns = _columns(heading, f"{path.name}, line {number}")
     rows = []
     for line, cells in lines:

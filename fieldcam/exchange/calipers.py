@@ -14,6 +14,7 @@ from datetime import date
 from pathlib import Path
 
 from fieldcam.errors import BadInput
+from fieldcam.exchange.caliper_cells import is_word_for_nothing
 from fieldcam.exchange.caliper_record import record_of, record_of_sizes
 from fieldcam.exchange.caliper_shapes import DIAM, STATE, long_or_wide, of_authors
 from fieldcam.exchange.caliper_sizes import (
@@ -47,11 +48,11 @@ def read_calipers(path: Path, dates: Sequence[date] = ()) -> CaliperTable:
     if path.suffix.lower() in WORKBOOKS:
         sizes, left_out = _of_workbook(path, dates)
     else:
-        sizes, left_out = list(long_or_wide(csv_table(path), dates)), ""
+        sizes, left_out = list(long_or_wide(csv_table(path), dates)), []
     check_sizes(path.name, sizes)
     numbered, renumbering = in_one_numbering(path.name, sizes)
     record, assumed = record_of(path.stem, named_by_size(numbered))
-    notes = (left_out, renumbering, *_notes(path.name, numbered), *assumed)
+    notes = (*left_out, renumbering, *_notes(path.name, numbered), *assumed)
     named = all(each.fruit for each in numbered)
     return CaliperTable(record, tuple(note for note in notes if note), named)
 
@@ -77,15 +78,22 @@ def wide_table(record: BlockRecord) -> str:
     return out.getvalue()
 
 
-def _of_workbook(path: Path, dates: Sequence[date]) -> tuple[list[CaliperSize], str]:
+def _of_workbook(path: Path, dates: Sequence[date]) -> tuple[list[CaliperSize], list[str]]:
     if dates:
         raise BadInput(f"{path.name} names its own dates.", "Leave out --dates.")
     tables, others = workbook_tables(path)
     if not tables:
         raise BadInput(f"No sheet of {path.name} is named as a date, such as 2026-05-21.")
-    left_out = f"Sheets that are not named as a date were left out: {', '.join(others)}."
     sizes = [size for table in tables for size in of_authors(table)]
-    return sizes, left_out if others else ""
+    return sizes, [
+        *_left_out("that are not named as a date", others),
+        *_left_out("without rows", [table.sheet for table in tables if not table.rows]),
+    ]
+
+
+def _left_out(which: str, sheets: Sequence[str]) -> Iterator[str]:
+    if sheets:
+        yield f"Sheets {which} were left out: {', '.join(sheets)}."
 
 
 def _notes(name: str, sizes: Sequence[CaliperSize]) -> Iterator[str]:
@@ -98,7 +106,15 @@ def _notes(name: str, sizes: Sequence[CaliperSize]) -> Iterator[str]:
         )
     sized = {each.day for each in sizes if each.diameter_mm is not None}
     if unused := sorted({each.day for each in sizes} - sized):
-        yield f"Without any size, and so no visit: {', '.join(map(str, unused))}."
+        yield (
+            f"Without any size, and so no visit: {', '.join(map(str, unused))}. The forecast is"
+            " made from the other days."
+        )
+    if words := sum(is_word_for_nothing(each.written) for each in sizes):
+        yield (
+            f"{name} says NA or the like in {number_of(words, 'cell')}: read as an empty cell, and"
+            " so as fallen where no later size follows."
+        )
     named = {(each.cluster, each.fruit) for each in sizes}
     measured = {(each.cluster, each.fruit) for each in sizes if each.diameter_mm is not None}
     if never := len(named - measured):

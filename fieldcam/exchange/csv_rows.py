@@ -8,6 +8,8 @@ from pathlib import Path
 
 from fieldcam.errors import BadInput
 
+_ZIP = b"PK\x03\x04"
+"""How a workbook begins."""
 _SEPARATORS = ";\t,"
 
 
@@ -33,10 +35,14 @@ def read_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        data = path.read_bytes()
     except FileNotFoundError as error:
         raise BadInput(f"There is no file {path}.") from error
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}.") from error
+    if data.startswith(_ZIP):
+        raise BadInput(f"{path.name} is a workbook, not a CSV table.", "Let its name end in .xlsx.")
+    try:
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise BadInput(f"{path.name} is no text in UTF-8.", "Save it as CSV (UTF-8).") from error

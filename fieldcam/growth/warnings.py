@@ -83,8 +83,8 @@ def _few_clusters(found: Forecast) -> str | None:
     if clusters >= FEWEST_CLUSTERS:
         return None
     return (
-        f"Only {number_of(clusters, 'cluster')} were measured on the first visit; with fewer"
-        f" than {FEWEST_CLUSTERS} the forecast says little about the other trees."
+        f"The first visit holds only {number_of(clusters, 'cluster')}; with fewer than"
+        f" {FEWEST_CLUSTERS} the forecast says little about the other trees."
     )
 
 
@@ -92,8 +92,8 @@ def _few_fruitlets(found: Forecast) -> str | None:
     if found.reference.n >= FASTEST:
         return None
     return (
-        f"Only {number_of(found.reference.n, 'fruitlet')} have a growth rate: the reference is"
-        f" the mean of them all, not of the {FASTEST} fastest, so the cutoff is too low."
+        f"A growth rate is known of only {number_of(found.reference.n, 'fruitlet')}: the reference"
+        f" is the mean of all, not of the {FASTEST} fastest, so the cutoff is too low."
     )
 
 
@@ -102,8 +102,9 @@ def _many_not_seen(found: Forecast) -> str | None:
     if counts.not_seen <= MOST_NOT_SEEN * counts.initial:
         return None
     return (
-        f"{counts.not_seen} of {number_of(counts.initial, 'fruitlet')} lack a size on one of the"
-        f" two visits and are left out; more than {MOST_NOT_SEEN:.0%} make the forecast doubtful."
+        f"Left out for want of a size on one of the two visits: {counts.not_seen} of"
+        f" {number_of(counts.initial, 'fruitlet')}; more than {MOST_NOT_SEEN:.0%} make the forecast"
+        " doubtful."
     )
 
 
@@ -131,7 +132,7 @@ def _clusters_added(found: Forecast) -> str | None:
     if not added:
         return None
     return (
-        f"{number_of(len(added), 'cluster')} were not measured on the first visit; their"
+        f"Measured since, but not on the first visit: {number_of(len(added), 'cluster')}, whose"
         " fruitlets count as new and are left out."
     )
 

@@ -113,7 +113,7 @@ def _counts(growth: Outlook) -> Html:
         ["besides these, without a first size or with an odd one", str(found.ignored)],
         ["Set of the tagged clusters", f"{found.set_pct:.1f} % ({_span(found.interval90_pct)} %)"],
         ["Set of all trees like them", f"{_span(found.interval90_trees_pct)} %"],
-        [f"Reference, the {reference.n} fastest", f"{reference.rate_mm_per_day:.2f} mm/day"],
+        [f"Reference, the fastest ({reference.n})", f"{reference.rate_mm_per_day:.2f} mm/day"],
         ["Cutoff", f"{reference.cutoff_mm_per_day:.2f} mm/day"],
         ["Set if matched by size order", f"{growth.by_size_order.set_pct:.1f} %"],
     ]

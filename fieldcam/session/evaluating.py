@@ -47,8 +47,8 @@ def typed_otherwise(database: Database, block: EntryId, table: BlockRecord) -> s
     if not other and not missing:
         return ""
     return (
-        f"Of the caliper sizes typed at the tags {other} are others in the table and {missing}"
-        " are not in it; only the table counts here."
+        f"Caliper sizes typed at the tags: {other} with another value in the table, {missing} not"
+        " in it at all; only the table counts here."
     )
 
 
