@@ -9,7 +9,7 @@ from made_records import FALLEN, NOT_SEEN, fast_ones, made_block, made_fruitlet,
 
 from fieldcam.errors import BadInput
 from fieldcam.growth.forecast import forecast
-from fieldcam.growth.records import BlockRecord, FruitletRecord
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
 from fieldcam.growth.sprays import Spray
 from fieldcam.growth.visits import chosen_interval
 from fieldcam.growth.warnings import warnings_about
@@ -123,6 +123,37 @@ def test_a_cluster_that_lost_everything_at_once_may_not_have_been_measured() -> 
     assert "emptied_clusters" not in told_of([*many_clusters(), *gone, left])
     before = [made_fruitlet(60, name, {0: 8.0, 4: FALLEN, 8: FALLEN}) for name in "abc"]
     assert "emptied_clusters" not in told_of([*many_clusters(), *before])
+
+
+@pytest.mark.parametrize(
+    ("shown", "said"),
+    [
+        ({0: "abcd", 4: "abcd", 8: "wxyz"}, ["61 on 2026-05-18"]),
+        ({0: "abcd", 4: "wxyz", 8: "abcd"}, ["61 on 2026-05-14"]),
+        ({0: "wxyz", 4: "abcd", 8: "abcd"}, ["61 on 2026-05-10"]),
+        ({0: "abcd", 8: "awxyz"}, ["61 on 2026-05-18"]),
+        ({0: "abcd", 8: "abwxyz"}, []),
+        ({0: "abcd", 4: "abcd", 8: "x"}, []),
+        ({0: "ab", 4: "ab", 8: "xy"}, ["61 on 2026-05-18"]),
+        ({0: "abcd", 4: "ab", 8: "b"}, []),
+        ({0: "", 4: "abcd", 8: "abcd", 12: "wxyz"}, []),
+    ],
+)
+def test_pictures_of_another_cluster_are_asked_about(
+    shown: dict[int, str], said: list[str]
+) -> None:
+    mm = {0: 8.0, 4: 11.0, 8: 14.0, 12: 17.0}
+    odd = [
+        made_fruitlet(61, name, {day: mm[day] for day, names in shown.items() if name in names})
+        for name in "abcdwxyz"
+    ]
+    block = made_block([*many_clusters(), *(each for each in odd if each.sightings)])
+    found = forecast(replace(block, source=Source.CAMERA), on(4), on(8))
+    texts = {warning.code: warning.text for warning in warnings_about(found)}
+    text = texts.get("other_clusters", "")
+    assert all(words in text for words in said) and text.count(" on 2026") == len(said)
+    named = forecast(block, on(4), on(8))
+    assert "other_clusters" not in {each.code for each in warnings_about(named)}
 
 
 def test_a_tag_that_begins_where_another_ends_may_hang_at_its_cluster() -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from statistics import median
 
 from fieldcam.growth.forecast import Forecast, FruitletForecast, State
+from fieldcam.growth.records import Presence, Source
+from fieldcam.growth.visits import BlockVisit, visits_of
 from fieldcam.words import number_of
 
 SHRUNK_MM = 0.7
@@ -14,7 +16,11 @@ MOST_SHRUNK_MM = 1.0
 """Of a cluster's median fruitlet: more than any measuring error."""
 FEWEST = 2
 """Fruitlets of a cluster that say more together than one by itself."""
+STRANGE_SHARE = 0.25
+"""Of a cluster's fruitlets that two visits share: so few may be matched by chance."""
 NAMED = 5
+Hanging = Mapping[BlockVisit, frozenset[str]]
+"""Names of a cluster's fruitlets that were seen, by visit."""
 
 
 def mixed_up_clusters(found: Forecast) -> str | None:
@@ -52,6 +58,24 @@ def tags_changed(found: Forecast) -> str | None:
     )
 
 
+def other_clusters(found: Forecast) -> str | None:
+    """Where nearly no fruitlet of a visit was found on another one, somebody may have
+    photographed the neighbour; calipers know their fruit by name."""
+    if found.block.source is not Source.CAMERA:
+        return None
+    odd = [
+        f"{tag} on {visit}"
+        for tag, hanging in _hanging(found).items()
+        for visit in _strange_visits(hanging)
+    ]
+    if not odd:
+        return None
+    return (
+        "Pictures of one visit match nearly nothing of the others: do they show another cluster"
+        f" than the tag says? {named(odd)}."
+    )
+
+
 def named(things: Sequence[str]) -> str:
     """The first few, and how many more there are."""
     more = len(things) - NAMED
@@ -63,6 +87,34 @@ def _by_tag(found: Forecast) -> dict[int, list[FruitletForecast]]:
     for each in found.fruitlets:
         clusters.setdefault(each.fruitlet.tag_id, []).append(each)
     return clusters
+
+
+def _hanging(found: Forecast) -> Mapping[int, Hanging]:
+    """By tag, up to the second of the two visits."""
+    clusters: dict[int, dict[BlockVisit, frozenset[str]]] = {}
+    for visit in visits_of(found.block):
+        for each in found.block.fruitlets if visit.first <= found.end.first else ():
+            seen = visit.sighting(each)
+            if seen is not None and seen[1].presence in (Presence.SIZED, Presence.SEEN):
+                of_tag = clusters.setdefault(each.tag_id, {})
+                of_tag[visit] = of_tag.get(visit, frozenset()) | {each.fruitlet}
+    return clusters
+
+
+def _strange_visits(hanging: Hanging) -> list[BlockVisit]:
+    """Visits that share nearly nothing with any other; of only two the second one."""
+    several = {visit: names for visit, names in hanging.items() if len(names) >= FEWEST}
+    strange = [
+        visit
+        for visit, names in several.items()
+        if len(several) > 1
+        and all(
+            len(names & others) <= STRANGE_SHARE * min(len(names), len(others))
+            for other, others in several.items()
+            if other != visit
+        )
+    ]
+    return strange[1:] if len(strange) == len(several) else strange
 
 
 def _are_others(fruitlets: Sequence[FruitletForecast], days: float) -> bool:

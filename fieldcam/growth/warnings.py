@@ -9,7 +9,13 @@ from statistics import mean
 from fieldcam.growth.forecast import Forecast
 from fieldcam.growth.reference import FASTEST
 from fieldcam.growth.sprays import Spray, last_spray
-from fieldcam.growth.tag_warnings import emptied_clusters, mixed_up_clusters, named, tags_changed
+from fieldcam.growth.tag_warnings import (
+    emptied_clusters,
+    mixed_up_clusters,
+    named,
+    other_clusters,
+    tags_changed,
+)
 from fieldcam.growth.visits import LEAST_DAYS, unread_pictures, visits_of
 from fieldcam.words import number_of
 
@@ -209,5 +215,6 @@ _CHECKS: dict[str, Check] = {
     "odd_growth": _odd_growth,
     "mixed_up_clusters": mixed_up_clusters,
     "emptied_clusters": emptied_clusters,
+    "other_clusters": other_clusters,
     "tags_changed": tags_changed,
 }
