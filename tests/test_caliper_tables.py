@@ -328,16 +328,29 @@ def test_a_wide_table_comes_back_as_it_was(
     record = read(folder, heading + "\n".join(rows)).record
     again = read(folder, wide_table(record)).record
     assert again == record
-    assert "state" not in wide_table(record)
+    assert "state" not in wide_table(record) and "measured_by" not in wide_table(record)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_what_a_camera_did_not_see_comes_back(tmp_path: Path, seed: int) -> None:
     record = measured_block(Block.plan(seed, 20), Measuring(Source.CAMERA, (0, 3, 7)), seed)
-    again = read(tmp_path, wide_table(record)).record
-    assert [each.sightings for each in again.fruitlets] == [
-        each.sightings for each in record.fruitlets
-    ]
+    found = read(tmp_path, wide_table(record))
+    again = found.record
+    assert again.source is Source.CAMERA
+    assert found.notes[0].startswith("gala.csv holds sizes by camera")
+    for one, other in zip(again.fruitlets, record.fruitlets, strict=True):
+        assert [s.presence for s in one.sightings.values()] == [
+            s.presence for s in other.sightings.values()
+        ]
+        for day, seen in one.sightings.items():
+            assert seen.diameter_mm == pytest.approx(other.sightings[day].diameter_mm, abs=0.0051)
+
+
+def test_sizes_by_camera_and_by_calipers_do_not_mix(tmp_path: Path) -> None:
+    mixed = "cluster,fruit,2026-05-10,measured_by\n17,1,8.5,camera\n17,2,7.0,\n"
+    with pytest.raises(BadInput, match="mixes sizes by camera and by calipers"):
+        read(tmp_path, mixed)
+    assert read(tmp_path, mixed.replace(",camera", ",Ana")).record.source is Source.CALIPERS
 
 
 @given(content=st.binary(max_size=200))

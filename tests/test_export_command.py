@@ -27,8 +27,23 @@ def test_the_table_gives_the_forecast_of_the_block(
     assert "Wrote 8 fruitlets of block North" in err
     stored = json.loads(run(capsys, "growth", "--data", field, "--json")[1])
     table = json.loads(run(capsys, "growth", "--calipers", out, "--json")[1])
-    for field_name in ("from", "to", "initial", "not_seen", "fallen"):
+    for field_name in ("from", "to", "initial", "persist", "not_seen", "fallen"):
         assert table[field_name] == stored[field_name]
+    assert table["reference"]["corrected_mm_per_day"] == pytest.approx(
+        stored["reference"]["corrected_mm_per_day"], abs=0.01
+    )
+    assert table["measured_by"] == stored["measured_by"] == "camera"
+    assert "by camera" in table["notes"][0]
+    sizes = [row["diam.2026-05-21"] for row in csv.DictReader(out.read_text().splitlines())]
+    assert {len(mm.partition(".")[2]) for mm in sizes} == {2}
+
+
+def test_the_table_is_none_of_calipers(capsys: Capture, field: Path, tmp_path: Path) -> None:
+    out = tmp_path / "north.csv"
+    run(capsys, "export", "wide", out, "--data", field)
+    done = run(capsys, "evaluate", "--data", field, "--block", "North", "--calipers", out)
+    assert_one_sentence(*done, ExitCode.BAD_INPUT)
+    assert "holds sizes by camera" in done[2]
 
 
 def test_the_table_has_a_column_for_each_visit(

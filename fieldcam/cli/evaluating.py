@@ -49,6 +49,7 @@ def _evaluate(arguments: argparse.Namespace) -> None:
     from fieldcam.cli.evaluation_words import evaluation_lines
     from fieldcam.exchange.calipers import read_calipers
     from fieldcam.exchange.evaluation_report import evaluation_report
+    from fieldcam.growth.records import Source
     from fieldcam.store.folder import data_path
     from fieldcam.store.read_only import open_read_only
 
@@ -59,6 +60,12 @@ def _evaluate(arguments: argparse.Namespace) -> None:
             f"{arguments.calipers.name} gives its fruit no names, and camera and calipers are"
             " matched by name, never by size.",
             "Fill in the column fruit.",
+        )
+    if table.record.source is Source.CAMERA:
+        raise BadInput(
+            f"{arguments.calipers.name} holds sizes by camera, as `fieldcam export wide` writes"
+            " them.",
+            "Name a table of caliper sizes.",
         )
     with closing(open_read_only(data_path(arguments.data))) as store:
         block = stored_block(store.database, arguments.block)

@@ -10,14 +10,14 @@ from fieldcam.errors import BadInput
 from fieldcam.exchange.caliper_cells import day_of, diameter_of, is_day, label_of, whole_of
 from fieldcam.exchange.caliper_sizes import CaliperSize
 from fieldcam.exchange.caliper_tables import Table, TableRow
-from fieldcam.growth.records import Presence
+from fieldcam.growth.records import Presence, Source
 from fieldcam.words import number_of
 
 CLUSTER = ("cluster", "tag", "tag_id")
 FRUIT = ("fruit", "fruitlet", "fruit_id")
 DIAMETER = ("diameter_mm", "diameter", "diam_mm", "diam", "size_mm")
 _IN_CM = ("diameter_cm", "diam_cm", "size_cm")
-DIAM, STATE = "diam.", "state."
+DIAM, STATE, MEASURED_BY = "diam.", "state.", "measured_by"
 _WIDE = re.compile(r"diam(?:eter)?(?:_mm)?[._]?(.+)")
 _OF_AUTHORS = re.compile(r"fl[._]?(\d+)")
 _SHAPES = (
@@ -97,8 +97,10 @@ def _size(
     if state is not None:
         presence = _presence(row.cells[state], diameter_mm, row.cell_places[state])
     tree = label_of(row.cells.get("tree", ""))
+    by_camera = row.cells.get(MEASURED_BY, "") == Source.CAMERA
+    source = Source.CAMERA if by_camera else Source.CALIPERS
     return CaliperSize(
-        row.cell_places[column], tree, cluster, fruit, day, written, diameter_mm, presence
+        row.cell_places[column], tree, cluster, fruit, day, written, diameter_mm, presence, source
     )
 
 

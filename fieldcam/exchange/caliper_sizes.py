@@ -8,7 +8,7 @@ from datetime import date
 from statistics import median
 
 from fieldcam.errors import BadInput
-from fieldcam.growth.records import Presence
+from fieldcam.growth.records import Presence, Source
 
 SIZES_MM = (1.0, 100.0)
 LEAST_MEDIAN_MM = 3.5
@@ -31,6 +31,7 @@ class CaliperSize:
     diameter_mm: float | None
     presence: Presence | None = None
     """Where the table says more than calipers do."""
+    source: Source = Source.CALIPERS
 
 
 def check_sizes(name: str, sizes: Sequence[CaliperSize]) -> None:
@@ -57,6 +58,17 @@ def _check_millimetres(name: str, sizes: Sequence[CaliperSize]) -> None:
                 " centimetres?",
                 "fieldcam needs millimetres.",
             )
+
+
+def source_of(name: str, sizes: Sequence[CaliperSize]) -> Source:
+    """Who measured them all; raises BadInput where it was one and the other."""
+    sources = {each.source for each in sizes}
+    if len(sources) > 1:
+        raise BadInput(
+            f"{name} mixes sizes by camera and by calipers, whose errors differ.",
+            "Put them into tables of their own.",
+        )
+    return sources.pop()
 
 
 def _check_once(sizes: Sequence[CaliperSize]) -> None:

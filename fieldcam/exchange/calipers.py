@@ -9,22 +9,23 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.caliper_cells import is_word_for_nothing
 from fieldcam.exchange.caliper_record import record_of, record_of_sizes
-from fieldcam.exchange.caliper_shapes import DIAM, STATE, long_or_wide, of_authors
+from fieldcam.exchange.caliper_shapes import DIAM, MEASURED_BY, STATE, long_or_wide, of_authors
 from fieldcam.exchange.caliper_sizes import (
     CaliperSize,
     check_sizes,
     in_one_numbering,
     named_by_size,
+    source_of,
 )
 from fieldcam.exchange.caliper_tables import WORKBOOKS, csv_table, workbook_tables
-from fieldcam.growth.records import BlockRecord, Presence
+from fieldcam.growth.records import BlockRecord, Presence, Source
 from fieldcam.words import number_of
 
 
@@ -52,6 +53,7 @@ def read_calipers(path: Path, dates: Sequence[date] = ()) -> CaliperTable:
     check_sizes(path.name, sizes)
     numbered, renumbering = in_one_numbering(path.name, sizes)
     record, assumed = record_of(path.stem, named_by_size(numbered))
+    record = replace(record, source=source_of(path.name, numbered))
     notes = (*left_out, renumbering, *_notes(path.name, numbered), *assumed)
     named = all(each.fruit for each in numbered)
     return CaliperTable(record, tuple(note for note in notes if note), named)
@@ -61,20 +63,22 @@ def wide_table(record: BlockRecord) -> str:
     """The block as CSV `tree,cluster,fruit,diam.<date>...`, one row for each fruitlet.
 
     Where empty cells would not say enough, as for a fruitlet that a camera could not see,
-    columns `state.<date>` follow. Confidences are left out.
+    columns `state.<date>` follow, and where a camera measured, `measured_by` says so. Sizes
+    are written to 0.01 mm, and confidences are left out.
     """
     days = record.visits
     states = days if _needs_states(record) else ()
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     columns = [f"{DIAM}{day}" for day in days] + [f"{STATE}{day}" for day in states]
-    writer.writerow(["tree", "cluster", "fruit", *columns])
+    measured_by = {MEASURED_BY: record.source} if record.source is Source.CAMERA else {}
+    writer.writerow(["tree", "cluster", "fruit", *columns, *measured_by])
     for each in record.fruitlets:
         seen = each.sightings
         sizes = ["" if day not in seen else _written(seen[day].diameter_mm) for day in days]
         said = [str(seen[day].presence) if day in seen else "" for day in states]
         tree = record.tree_of.get(each.tag_id, "")
-        writer.writerow([tree, each.tag_id, each.fruitlet, *sizes, *said])
+        writer.writerow([tree, each.tag_id, each.fruitlet, *sizes, *said, *measured_by.values()])
     return out.getvalue()
 
 
@@ -99,6 +103,8 @@ def _left_out(which: str, sheets: Sequence[str]) -> Iterator[str]:
 def _notes(name: str, sizes: Sequence[CaliperSize]) -> Iterator[str]:
     if any("," in each.written for each in sizes):
         yield f"{name} has commas as decimals; 9,1 was read as 9.1 mm."
+    if any(each.source is Source.CAMERA for each in sizes):
+        yield f"{name} holds sizes by camera: they are taken with the camera's errors."
     if any(not each.fruit for each in sizes):
         yield (
             "Fruits have no names: within each cluster they were paired by size order, the"
@@ -145,4 +151,4 @@ def _presences(record: BlockRecord) -> dict[tuple[int, str], dict[date, Presence
 
 
 def _written(diameter_mm: float | None) -> str:
-    return "" if diameter_mm is None else repr(float(diameter_mm))
+    return "" if diameter_mm is None else f"{diameter_mm:.2f}"

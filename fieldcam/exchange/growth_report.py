@@ -40,6 +40,7 @@ def growth_report(growth: Outlook, notes: Sequence[str]) -> Json:
         "interval90_trees_pct": list(found.interval90_trees_pct),
         "warnings": [{"code": each.code, "text": each.text} for each in growth.warnings],
         "notes": list(notes),
+        "measured_by": found.block.source,
         "from_days": [str(day) for day in found.start.days],
         "to_days": [str(day) for day in found.end.days],
         "ignored": found.ignored,
