@@ -122,7 +122,7 @@ def test_one_shared_visit_has_sizes_and_no_forecast(
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"--block": "South"}, "Blocks: North."),
+        ({"--block": "South"}, 'Blocks: "North".'),
         ({"--calipers": "missing.csv"}, "missing.csv"),
         ({"--calipers": "nameless.csv"}, "never by size"),
         ({"--calipers": "others.csv"}, "same tag, name and day"),

@@ -61,7 +61,7 @@ def test_the_table_has_a_column_for_each_visit(
     [
         (["export", "wide", "north.txt"], "north.txt must end in .csv"),
         (["export", "wide", "no/where.csv"], "There is no folder"),
-        (["export", "wide", "out.csv", "--block", "South"], "There is no block South"),
+        (["export", "wide", "out.csv", "--block", "South"], 'There is no block "South"'),
         (["export", "tall", "out.csv"], "invalid choice"),
     ],
 )

@@ -98,7 +98,7 @@ def test_bad_pairs_are_listed_at_the_end_with_one_sentence_each(
         "2026-05-25/9_0_left.png: 9_0_left.png is no <tag>_<n>_left or _right image.",
         "2026-05-25/9_1_left.png: 9_1_left.png has no partner from the other eye.",
     ]
-    assert err.splitlines() == ["1 of 3", "2 of 3", "3 of 3"]
+    assert err.splitlines() == [f"{n} of 3 captures" for n in (1, 2, 3)]
     again = document(capsys, folder)
     assert (again["unpaired"], len(again["problems"])) == (1, 3)
 
@@ -224,10 +224,10 @@ def test_an_empty_folder_is_bad_input(capsys: Capture, tmp_path: Path) -> None:
 
 def test_a_terminal_sees_a_bar(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    assert list(progress("abc", 3)) == ["a", "b", "c"]
+    assert list(progress("abc", 3, "letter")) == ["a", "b", "c"]
     drawn = capsys.readouterr().err.split("\r")
     assert drawn[1].startswith("[....")
-    assert drawn[3] == "[####################..........] 2 of 3\x1b[K"
+    assert drawn[3] == "[####################..........] 2 of 3 letters\x1b[K"
     assert drawn[-1] == "\x1b[K"
 
 

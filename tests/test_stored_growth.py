@@ -15,8 +15,9 @@ from stored_walks import MadeWalk, raw_pair, small_store
 from fieldcam.errors import ExitCode
 from fieldcam.exchange.calipers import wide_table
 from fieldcam.growth.records import Source
-from fieldcam.simulator.plan import Block
+from fieldcam.simulator.plan import Block as PlannedBlock
 from fieldcam.store.judgement_rows import Action, Decision
+from fieldcam.store.orchard_rows import Block
 
 
 @pytest.fixture
@@ -38,6 +39,20 @@ def test_a_stored_block_is_forecast(
     assert (found["block"], found["from"], found["to"]) == ("North", *map(str, DAYS))
     assert (found["initial"], found["persist"]) == (8, persist)
     assert found["notes"] == []
+
+
+def test_without_a_name_it_is_the_newest_block_with_two_visits(
+    capsys: Capture, field: Path
+) -> None:
+    with small_store(field) as store:
+        store.visit(store.block(Block("South, upper", "Home", "Gala", 2026)), DAYS[1])
+        store.block(Block("East", "Home", "Gala", 2026))
+    _, out, err = run(capsys, "growth", "--data", field, "--json")
+    assert json.loads(out)["block"] == "North"
+    assert 'Of 3 blocks this is "North"; --block names another.' in err
+    assert "2 of 2 clusters" in err
+    refused = run(capsys, "growth", "--data", field, "--block", "West")
+    assert 'Blocks: "East", "North", "South, upper".' in refused[2]
 
 
 def test_pictures_that_wait_to_be_read_are_told(capsys: Capture, field: Path) -> None:
@@ -77,7 +92,7 @@ def test_a_page_can_be_had_without_the_pictures_files(
 
 def test_a_caliper_table_has_a_page_too(capsys: Capture, tmp_path: Path) -> None:
     table = tmp_path / "gala.csv"
-    record = measured_block(Block.plan(61, 20), Measuring(Source.CALIPERS, (0, 4, 8)), 61)
+    record = measured_block(PlannedBlock.plan(61, 20), Measuring(Source.CALIPERS, (0, 4, 8)), 61)
     table.write_text(wide_table(record))
     page = tmp_path / "gala.html"
     plan = ("--bloom-clusters", 100, "--target", 1, "--sprayed", "2026-05-11")
@@ -90,7 +105,7 @@ def test_a_caliper_table_has_a_page_too(capsys: Capture, tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (["--block", "South"], "Blocks: North."),
+        (["--block", "South"], 'Blocks: "North".'),
         (["--target", "50"], "--target goes with --calipers"),
         (["--report", "page.pdf"], "must end in .html"),
         (["--report", "nowhere/page.html"], "nowhere"),

@@ -137,7 +137,7 @@ def _calibrate_folder(arguments: argparse.Namespace, board: Board) -> None:
     for problem in found.problems:
         narrate(problem.text)
     out = arguments.out or _next_in_use(arguments)
-    pairs = progress(_pairs(found), len(found.pairs))
+    pairs = progress(_pairs(found), len(found.pairs), "pair")
     result = calibrate(board, look(board, pairs))
     _write(out, result, serials)
     if arguments.out is None:

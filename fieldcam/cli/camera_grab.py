@@ -60,7 +60,7 @@ def _grab(arguments: argparse.Namespace) -> None:
     taken: list[Grabbed] = []
     trouble: DeviceError | StorageError | None = None
     try:
-        for grabbed in progress(_pairs(arguments), arguments.count):
+        for grabbed in progress(_pairs(arguments), arguments.count, "pair"):
             taken.append(grabbed)
     except (DeviceError, StorageError) as error:
         if not taken:

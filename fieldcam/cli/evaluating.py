@@ -132,7 +132,7 @@ def _by_sgbm(
     pipeline = Pipeline.from_models(checked_models(arguments.data))
     clusters = named_clusters(store.database, block.id)
     again = read_again(store.database, clusters, pipeline, Settings(stereo=Matcher.SGBM))
-    shown = progress(again, len(block_rows(store.database, block.id)))
+    shown = progress(again, len(block_rows(store.database, block.id)), "cluster")
     methods = (Association.GEOMETRY,)
     return score_readings("read again with SGBM", shown, calipers, forecasts.persist_pct, methods)
 

@@ -53,5 +53,5 @@ def _followed(arguments: argparse.Namespace) -> BlockRecord:
         block = stored_block(store.database, arguments.block)
         rows = block_rows(store.database, block.id)
         known = known_clusters(store.database, rows, {}, (method,))
-        followed = tuple(progress(known, len(rows)))
+        followed = tuple(progress(known, len(rows), "cluster"))
         return block_record(store.database, block.id, followed, method)

@@ -39,7 +39,10 @@ SIMULATED = "The captures are simulated."
 def register(commands: Subparsers[Parser]) -> None:
     parser = add_command(commands, "growth", "growth rates and predicted fruit set", _growth)
     parser.add_argument(
-        "--block", type=name, metavar="NAME", help="a stored block (the newest), or the table's"
+        "--block",
+        type=name,
+        metavar="NAME",
+        help="a stored block (the newest with two visits), or the table's",
     )
     parser.add_argument(
         "--calipers", type=Path, metavar="CSV", help="a caliper table or workbook instead"
@@ -135,7 +138,7 @@ def _of_stored(arguments: argparse.Namespace) -> _Told:
 
     _refuse_table_options(arguments)
     with closing(open_read_only(data_path(arguments.data))) as store:
-        return _of_block(arguments, store, stored_block(store.database, arguments.block))
+        return _of_block(arguments, store, stored_block(store.database, arguments.block, visits=2))
 
 
 def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary) -> _Told:
@@ -146,9 +149,8 @@ def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockS
     method: Association = arguments.associate
     methods = tuple(dict.fromkeys((method, *COMPARED)))
     rows = block_rows(store.database, block.id)
-    known = tuple(
-        progress(known_clusters(store.database, rows, {}, methods, arguments.same_day), len(rows))
-    )
+    followed = known_clusters(store.database, rows, {}, methods, arguments.same_day)
+    known = tuple(progress(followed, len(rows), "cluster"))
     between = arguments.start, arguments.end
     growth = block_outlook(store.database, block.id, known, method, between)
     simulated = store.folder.kind is DataKind.SIMULATED

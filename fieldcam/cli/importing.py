@@ -40,7 +40,7 @@ def _import(arguments: argparse.Namespace) -> None:
 
     found = read_capture_folder(arguments.folder)
     models = checked_models(arguments.data)
-    outcomes = tuple(progress(_outcomes(arguments, found), len(found.captures)))
+    outcomes = tuple(progress(_outcomes(arguments, found), len(found.captures), "capture"))
     problems, again = _problems(found, outcomes), _to_retake(outcomes)
     counts = _counts(found, outcomes)
     if arguments.json:

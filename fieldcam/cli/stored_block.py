@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fieldcam.cli.console import narrate
 from fieldcam.errors import BadInput
 
 if TYPE_CHECKING:
@@ -12,18 +13,31 @@ if TYPE_CHECKING:
     from fieldcam.store.blocks import BlockSummary
 
 
-def stored_block(database: Database, wanted: str | None) -> BlockSummary:
-    """The one of this name, or the newest; raises BadInput where there is none."""
-    from fieldcam.store.blocks import blocks, newest_block
+def stored_block(database: Database, wanted: str | None, visits: int = 0) -> BlockSummary:
+    """The one of this name, or the newest that was walked so many times.
 
-    found = blocks(database)
+    Where none was, the newest; which one was chosen is told on standard error. Raises BadInput
+    where there is none.
+    """
+    from fieldcam.store.blocks import blocks, newest_blocks
+
+    found = {block.id: block for block in blocks(database)}
     if wanted is None:
-        newest = newest_block(database)
-        chosen = [block for block in found if block.id == newest]
+        newest = [found[key] for key in newest_blocks(database) if key in found]
+        chosen = [block for block in newest if _walked(database, block) >= visits] or newest
+        if len(newest) > 1:
+            narrate(f'Of {len(newest)} blocks this is "{chosen[0].name}"; --block names another.')
     else:
-        chosen = [block for block in found if block.name == wanted]
+        chosen = [block for block in found.values() if block.name == wanted]
     if not chosen:
-        known = ", ".join(block.name for block in found) or "none"
-        which = "" if wanted is None else f" {wanted}"
+        known = ", ".join(f'"{block.name}"' for block in found.values()) or "none"
+        which = "" if wanted is None else f' "{wanted}"'
         raise BadInput(f"There is no block{which} in the data folder.", f"Blocks: {known}.")
     return chosen[0]
+
+
+def _walked(database: Database, block: BlockSummary) -> int:
+    """How many visits have an accepted picture."""
+    from fieldcam.store.blocks import visits
+
+    return sum(visit.accepted > 0 for visit in visits(database, block.id))

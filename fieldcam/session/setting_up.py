@@ -23,7 +23,7 @@ from fieldcam.store.blocks import (
     SprayRecord,
     block_named,
     blocks,
-    newest_block,
+    newest_blocks,
     settings,
     sprays,
     trees,
@@ -96,7 +96,8 @@ class SetUp:
             self._store.sign_in(name)
             self.operator = name
         last = resume(self._store.database)
-        self.block = newest_block(self._store.database) if last is None else last.block
+        newest = newest_blocks(self._store.database)
+        self.block = next(iter(newest), None) if last is None else last.block
         if self.block is not None and self.doubt() is None:
             # On a full disk there is only a visit to look at that was opened before.
             with suppress(StorageFull):

@@ -73,15 +73,15 @@ def block_named(database: Database, name: str) -> BlockSummary | None:
     return next((block for block in blocks(database) if block.name == name), None)
 
 
-def newest_block(database: Database) -> EntryId | None:
-    """The block that was made, or got a visit, last; by an import too."""
+def newest_blocks(database: Database) -> tuple[EntryId, ...]:
+    """All blocks, that which was made, or got a visit, last first; by an import too."""
     found = rows(
         database,
         "SELECT coalesce(visit.block, standing.id) AS block"
         " FROM standing LEFT JOIN visit ON visit.id = standing.id"
-        " WHERE standing.kind IN ('block', 'visit') ORDER BY turn DESC LIMIT 1",
+        " WHERE standing.kind IN ('block', 'visit') GROUP BY 1 ORDER BY max(turn) DESC",
     )
-    return found[0]["block"] if found else None
+    return tuple(row["block"] for row in found)
 
 
 def visits(database: Database, block: EntryId) -> tuple[VisitSummary, ...]:
