@@ -16,7 +16,9 @@ from planned_blocks import Measuring, measured_block
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.calipers import CaliperTable, read_calipers, wide_table
+from fieldcam.growth.forecast import forecast
 from fieldcam.growth.records import BlockRecord, Presence, Source
+from fieldcam.growth.visits import chosen_interval, visits_of
 from fieldcam.simulator.plan import Block
 
 FIRST, SECOND = date(2026, 5, 10), date(2026, 5, 14)
@@ -292,6 +294,20 @@ def test_a_cluster_without_sizes(tmp_path: Path, text: str, presence: Presence |
     seen = first.sightings.get(SECOND)
     assert (seen and seen.presence) is presence
     assert (1 in found.record.visited[SECOND]) is (presence is not None)
+
+
+def test_a_visit_over_two_days_empties_no_cluster(tmp_path: Path) -> None:
+    """Clusters 1 and 2 are measured a day before the others; cluster 2 has lost its fruit."""
+    rows = ["cluster,fruit,2026-05-10,2026-05-11,2026-05-14,2026-05-15"]
+    for cluster in range(1, 11):
+        cells = ["8.0", "", "11.0", ""] if cluster < 3 else ["", "8.0", "", "11.0"]
+        rows.append(f"{cluster},a," + ",".join(cells))
+        rows.append(f"{cluster},b," + ",".join([*cells[:2], "", ""]))
+    rows[3] = "2,a,8.0,,,"
+    record = read(tmp_path, "\n".join(rows)).record
+    found = forecast(record, *chosen_interval(record))
+    assert [str(visit) for visit in visits_of(record)] == ["2026-05-10/11", "2026-05-14/15"]
+    assert (found.counts.initial, found.counts.persist, found.counts.fallen) == (20, 9, 11)
 
 
 def test_an_unfinished_visit_is_said(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from datetime import date
 
 from fieldcam.exchange.caliper_sizes import CaliperSize
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
+from fieldcam.growth.visits import visits_of
 
 MANY_CLUSTERS, MANY_SHARE = 5, 0.4
 """As many clusters do not lose all their fruit between two visits."""
@@ -59,23 +60,25 @@ def _by_fruit(sizes: Sequence[CaliperSize]) -> dict[tuple[int, str], dict[date, 
 def _visited(
     sizes: Sizes, days: Sequence[date]
 ) -> tuple[dict[date, frozenset[int]], tuple[str, ...]]:
+    """Whoever was measured on one of a visit's neighbouring days is not missing on the other."""
     sized: dict[date, set[int]] = {day: set() for day in days}
     for (cluster, _), by_day in sizes.items():
         for day in by_day:
             sized[day].add(cluster)
+    visited = {day: frozenset(clusters) for day, clusters in sized.items()}
     last = {cluster: day for day in days for cluster in sized[day]}
-    visited, notes, alive, empty = {}, [], set[int](), set[int]()
-    for day in days:
-        missing = {cluster for cluster in alive if last[cluster] < day}
+    notes, alive, empty = [], set[int](), set[int]()
+    for visit in visits_of(BlockRecord("", Source.CALIPERS, tuple(days), visited, ())):
+        missing = {cluster for cluster in alive if last[cluster] < visit.first}
         if len(missing) >= max(MANY_CLUSTERS, MANY_SHARE * len(alive)):
             notes.append(
-                f"On {day} {len(missing)} of {len(alive)} clusters have no size at all: they are"
+                f"On {visit} {len(missing)} of {len(alive)} clusters have no size at all: they are"
                 " taken as not measured, and their fruit as not seen, not as fallen."
             )
             missing = set()
-        alive = (alive | sized[day]) - missing
+        alive = (alive | visit.clusters) - missing
         empty |= missing
-        visited[day] = frozenset(sized[day] | empty)
+        visited[visit.days[-1]] |= empty
     return visited, tuple(notes)
 
 
