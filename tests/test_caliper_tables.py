@@ -93,6 +93,13 @@ def test_the_shape_of_the_peers_needs_dates(tmp_path: Path) -> None:
     record = read(tmp_path, numbered, (FIRST, SECOND)).record
     assert sizes(record) == EXPECTED
     assert record.tree_of == {17: "1", 18: "2"}
+    gap = "tree,cluster,fruit,diam.1,diam.2,diam.3\n" + ROWS.replace("8.5,", "8.5,,").replace(
+        "7.0,", "7.0,,"
+    ).replace("9.1,", "9.1,,")
+    assert sizes(read(tmp_path, gap, (FIRST, SECOND)).record) == EXPECTED
+    empty = read(tmp_path, gap, (FIRST, date(2026, 5, 12), SECOND))
+    assert sizes(empty.record) == EXPECTED
+    assert empty.notes[0].startswith("Without any size, and so no visit: 2026-05-12.")
 
 
 def workbook(path: Path, sheets: Mapping[str, Sequence[Sequence[object]]]) -> Path:

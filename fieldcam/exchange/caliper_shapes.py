@@ -150,7 +150,8 @@ def _numbered(table: Table, visits: Mapping[str, str], dates: Sequence[date]) ->
             f"{table.name} has sizes of {number_of(len(used), 'visit')}, but --dates names"
             f" {len(dates)}."
         )
-    return dict(zip(columns, dates, strict=False))
+    named = columns if len(dates) == len(columns) else used
+    return dict(zip(named, dates, strict=True))
 
 
 def _refuse_dates(table: Table, dates: Sequence[date]) -> None:
