@@ -59,8 +59,7 @@ def tags_changed(found: Forecast) -> str | None:
 
 
 def other_clusters(found: Forecast) -> str | None:
-    """Where nearly no fruitlet of a visit was found on another one, somebody may have
-    photographed the neighbour; calipers know their fruit by name."""
+    """Somebody may have photographed the neighbour; calipers know their fruit by name."""
     if found.block.source is not Source.CAMERA:
         return None
     odd = [
@@ -71,8 +70,8 @@ def other_clusters(found: Forecast) -> str | None:
     if not odd:
         return None
     return (
-        "Pictures of one visit match nearly nothing of the others: do they show another cluster"
-        f" than the tag says? {named(odd)}."
+        "Nearly no fruitlet matches those of the cluster's other visits: were pictures of another"
+        f" cluster stored under tag {named(odd)}?"
     )
 
 
@@ -92,11 +91,12 @@ def _by_tag(found: Forecast) -> dict[int, list[FruitletForecast]]:
 def _hanging(found: Forecast) -> Mapping[int, Hanging]:
     """By tag, up to the second of the two visits."""
     clusters: dict[int, dict[BlockVisit, frozenset[str]]] = {}
-    for visit in visits_of(found.block):
-        for each in found.block.fruitlets if visit.first <= found.end.first else ():
+    visits = [visit for visit in visits_of(found.block) if visit.first <= found.end.first]
+    for each in found.block.fruitlets:
+        of_tag = clusters.setdefault(each.tag_id, {})
+        for visit in visits:
             seen = visit.sighting(each)
             if seen is not None and seen[1].presence in (Presence.SIZED, Presence.SEEN):
-                of_tag = clusters.setdefault(each.tag_id, {})
                 of_tag[visit] = of_tag.get(visit, frozenset()) | {each.fruitlet}
     return clusters
 
@@ -107,14 +107,17 @@ def _strange_visits(hanging: Hanging) -> list[BlockVisit]:
     strange = [
         visit
         for visit, names in several.items()
-        if len(several) > 1
-        and all(
-            len(names & others) <= STRANGE_SHARE * min(len(names), len(others))
-            for other, others in several.items()
-            if other != visit
-        )
+        if all(_are_strangers(names, several[other]) for other in several if other != visit)
     ]
-    return strange[1:] if len(strange) == len(several) else strange
+    return (
+        sorted(strange, key=lambda visit: visit.first)[1:]
+        if len(strange) == len(several)
+        else strange
+    )
+
+
+def _are_strangers(some: frozenset[str], others: frozenset[str]) -> bool:
+    return len(some & others) <= STRANGE_SHARE * min(len(some), len(others))
 
 
 def _are_others(fruitlets: Sequence[FruitletForecast], days: float) -> bool:
