@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
+from string import ascii_uppercase
+
 
 def number_of(count: int, noun: str) -> str:
     """Such as "1 tag" and "2 tags"; for nouns that only take an s."""
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+
+
+def letter_of(fruitlet: int) -> str:
+    """What screens call a fruitlet of one picture, by its id: A, B ... Z, AA, AB ...
+
+    Numbers are for fruitlets that are followed over days.
+    """
+    rest, last = divmod(fruitlet, len(ascii_uppercase))
+    return (letter_of(rest - 1) if rest else "") + ascii_uppercase[last]

@@ -20,6 +20,7 @@ from fieldcam.tui.looks import Look, Pictures
 from fieldcam.tui.picture_view import PictureView
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.sketch import Still
+from fieldcam.words import letter_of
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 
@@ -54,7 +55,7 @@ def test_a_fruitlet_is_picked_by_key_and_measured(at_tag: AtTag) -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(at_tag.state)
         await driven.press("v", "down", "down", "c")
-        assert "Fruitlet 2 by caliper:" in driven.text
+        assert "Fruitlet C by caliper:" in driven.text
         await driven.press(*"9,25", "enter", *"fl3", "enter")
         await driven.press("down", "c", "enter", *"fl4", "enter")
         await driven.press("c", *"9.x", "enter", "enter")
@@ -90,9 +91,9 @@ def test_names_sizes_and_agreement_are_shown(at_tag: AtTag) -> None:
             CaliperSize(block, 11, FIRST_DAY, "fl3", 10.25),
         )
         await driven.tell(at_tag.state)
-        assert "1  10.00 mm fl3 10.25" in driven.text and "2  11.00 mm fl4 " in driven.text
+        assert "B  10.00 mm fl3 10.25" in driven.text and "C  11.00 mm fl4 " in driven.text
         assert " 1 by caliper: bias -0.25 mm; 19 more to go by" in driven.text
-        assert "picture 1: fruitlet 2" in driven.text
+        assert "picture 1: fruitlet C" in driven.text
         await driven.press("down", "c")
         assert driven.app.screen.query(Input).last().value == "fl3"
 
@@ -132,12 +133,13 @@ def test_a_click_on_a_fruitlet_picks_it(
         width, height = view.size.width * columns, view.size.height * rows
         sketch = view._sketch
         assert isinstance(sketch, Still)
-        labels = replace(sketch, numbered=True).paint((width, height)).labels
+        labels = replace(sketch, lettered=True).paint((width, height)).labels
         for label in (labels[3], labels[1]):
             offset = (int(label.x / columns), int(label.y / rows))
             await driven.pilot.click(PictureView, offset=offset)
             await driven.settle()
-            assert str(chosen(driven)) == label.text
+            found = chosen(driven)
+            assert found is not None and letter_of(found) == label.text
         before = chosen(driven)
         await driven.pilot.click(PictureView, offset=(0, 0))
         assert chosen(driven) == before

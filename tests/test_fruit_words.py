@@ -52,9 +52,9 @@ def test_fruitlets_are_named_and_measured(walk: Walked) -> None:
         done, _ = walk.after(partial(name, fruitlet, fruit, size), Done)
         said.append(done.sentence)
     assert said == [
-        "Fruitlet 0 is fl 3, 9.25 mm by caliper.",
-        "Fruitlet 1 is 1, 8.50 mm by caliper.",
-        "Fruitlet 2 is 2.",
+        "Fruitlet A is fl 3, 9.25 mm by caliper.",
+        "Fruitlet B is 1, 8.50 mm by caliper.",
+        "Fruitlet C is 2.",
     ]
     database = walk.made.store.database
     assert names_in(database, reading) == {0: "fl 3", 1: "1", 2: "2"}
@@ -65,7 +65,7 @@ def test_fruitlets_are_named_and_measured(walk: Walked) -> None:
     assert undone.sentence == "Undone: the fruit's name and the caliper size on tag 11."
     assert names_in(database, reading) == {0: "fl 3"}
     again, _ = walk.after(partial(name, 0, "", 9.5), Done)
-    assert again.sentence == "Fruitlet 0 is fl 3, 9.50 mm by caliper."
+    assert again.sentence == "Fruitlet A is fl 3, 9.50 mm by caliper."
     assert sizes(walk) == [(11, "fl 3", 9.5)]
 
 

@@ -285,7 +285,7 @@ def test_the_fruitlet_of_the_list_is_marked(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(11, 3))
     done, state = walk.after(lambda: walk.live.fallen(1), Done)
-    assert done.sentence == "Fruitlet 1 of tag 11 marked fallen."
+    assert done.sentence == "Fruitlet B of tag 11 marked fallen."
     assert state.shown is not None and state.shown.living == 2
     assert [seen.marks for seen in state.shown.target] == [(), (MarkKind.FALLEN,), ()]
     done, state = walk.after(lambda: walk.live.hidden(2), Done)

@@ -147,7 +147,7 @@ def test_what_was_marked_is_shown(past: Past) -> None:
             FruitletMark(MarkKind.ADDED_BY_HAND, reading=reading, diameter_mm=9.5),
         )
         await driven.tell(past.state)
-        assert "3  12.00 mm king" in driven.text
+        assert "D  12.00 mm king" in driven.text
         assert "+   9.50 mm  by hand" in driven.text
         assert "Ann, picture 3: added" in driven.text
 

@@ -161,7 +161,7 @@ def decided(folder: Path, action: Action) -> WalkState:
 def test_a_struck_fruitlet_is_marked(tmp_path: Path) -> None:
     state = replace(AIM, shown=shown_with(tmp_path, read(12), struck=(1,)))
     text = screen_of(SMALL, state)
-    assert "1  struck out" in text and "4 fruitlets, last visit 5" in text
+    assert "B  struck out" in text and "4 fruitlets, last visit 5" in text
 
 
 def test_bars_begin_below_each_other(tmp_path: Path) -> None:

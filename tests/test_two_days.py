@@ -104,12 +104,12 @@ def test_what_was_said_is_shown_and_nothing_is_followed_twice(
     async def script(driven: Driven) -> None:
         await driven.tell(walked.state)
         await driven.press("v", "t", "down", "down")
-        assert "> 3    11.00    11.00   +0.00    ? 60% sure" in driven.text
+        assert ">  3    C 11.00    C 11.00   +0.00    ? 60% sure" in driven.text
         await driven.tell(walked.state)
         assert followed == [0]
         walked.made.store.append(word_row(word))
         await driven.tell(walked.state)
-        assert "> 3    11.00    11.00   +0.00    by hand" in driven.text
+        assert ">  3    C 11.00    C 11.00   +0.00    by hand" in driven.text
         assert followed == [0, 1]
 
     drive(SMALL, script)
@@ -131,7 +131,7 @@ def test_clicks_choose_on_the_left_and_match_on_the_right(walked: Walked) -> Non
             offset = int(label.x), int(label.y / 2)
             await driven.pilot.click(PictureView, offset=offset)
             await driven.settle()
-        assert "> 4" in driven.text
+        assert ">  4" in driven.text
 
     word = Word(Place(walked.one, 3), Place(walked.other, 2))
     assert drive(LARGE, script).walk.asked == [("match", word)]
@@ -200,7 +200,7 @@ def test_what_a_key_says(tmp_path: Path, walked: Walked) -> None:
     def row(number: int, left: int | None, right: int | None) -> PairRow:
         places = (None if n is None else Place(r, n) for r, n in (("one", left), ("other", right)))
         first, second = places
-        return PairRow(number, first, second, (None, None), None, 1.0, False)
+        return PairRow(number, first, second, (None, None), (None, None), 1.0, False)
 
     rows = (row(1, 0, 5), row(2, 1, None), row(3, None, 6))
     expected = {

@@ -31,6 +31,7 @@ from fieldcam.store.rows import EntryId, Row
 from fieldcam.store.walk_rows import Event, EventKind
 from fieldcam.store.walks import OPEN_STATES, ClusterState
 from fieldcam.values import HIGHEST_TAG_ID, Expectation, Status
+from fieldcam.words import letter_of
 
 MOST_MM = 100.0
 """No apple in its first weeks is larger."""
@@ -98,7 +99,7 @@ class WalkBook:
             return self._answered(answer, tag_id, shown)
         if fruitlet is not None:
             self._mark(shown, fruitlet, MARKS[answer])
-            return f"Fruitlet {fruitlet} of tag {tag_id} marked {answer}."
+            return f"Fruitlet {letter_of(fruitlet)} of tag {tag_id} marked {answer}."
         self._check_room(tag_id, shown)
         self.view.store.append(FruitletMark.on_cluster(MARKS[answer], self.view.visit, tag_id))
         return f"One fruitlet of tag {tag_id} marked {answer}."
@@ -151,7 +152,7 @@ class WalkBook:
         if not any(f.id == fruitlet and f.in_target and f.living for f in reading.fruitlets):
             raise NotNow("Choose a fruitlet of the list first.")
         self.view.store.append(FruitletMark.on_fruitlet(MarkKind.KING, reading.id, fruitlet))
-        return f"Fruitlet {fruitlet} is the king."
+        return f"Fruitlet {letter_of(fruitlet)} is the king."
 
     def add_by_hand(self, capture: EntryId, diameter_mm: float) -> str:
         """A fruitlet that the picture's reading does not have, measured by hand."""
@@ -269,7 +270,7 @@ class WalkBook:
             gone = "marked fallen" if MarkKind.FALLEN in seen.marks else "struck out"
             raise NotNow(f"Already {gone}.")
         if kind in seen.marks:
-            raise NotNow(f"Fruitlet {fruitlet} is marked {kind} already.")
+            raise NotNow(f"Fruitlet {letter_of(fruitlet)} is marked {kind} already.")
         mark = FruitletMark.on_fruitlet(kind, shown.record.reading.id, fruitlet)
         self.view.store.append(mark)
 

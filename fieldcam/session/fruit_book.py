@@ -16,6 +16,7 @@ from fieldcam.store.fruit_rows import CaliperIdentity, CaliperSize
 from fieldcam.store.history import CaptureRecord, ReadingSummary, capture_record
 from fieldcam.store.lookups import row_of
 from fieldcam.store.rows import EntryId, Row
+from fieldcam.words import letter_of
 
 LONGEST_NAME = 20
 
@@ -55,7 +56,7 @@ class FruitBook:
             written.append(size)
         self.view.store.append(*written)
         measured = "" if diameter_mm is None else f", {diameter_mm:.2f} mm by caliper"
-        return f"Fruitlet {fruitlet} is {name}{measured}."
+        return f"Fruitlet {letter_of(fruitlet)} is {name}{measured}."
 
     def match(self, word: Word) -> str:
         """The operator's word on which fruitlet of one picture is which of another."""

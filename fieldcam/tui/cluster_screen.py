@@ -34,7 +34,7 @@ from fieldcam.tui.page import Page
 from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.sketch import Still
-from fieldcam.words import number_of
+from fieldcam.words import letter_of, number_of
 
 NO_CLUSTERS = "This block has no clusters yet."
 
@@ -154,7 +154,7 @@ class ClusterScreen(Page):
             Field("Diameter in mm, or empty", check=answers.size_mm),
             Field("Its number or name", "" if known is None else known.fruit),
         ]
-        question = f"Fruitlet {fruitlet} by caliper:"
+        question = f"Fruitlet {letter_of(fruitlet)} by caliper:"
         self.app.push_screen(AskForm(question, fields, _measurement), measured)
 
     def action_undo(self) -> None:
@@ -167,7 +167,7 @@ class ClusterScreen(Page):
     def _point(self) -> None:
         """The chosen fruitlet stands out in the picture."""
         shown, chosen = self._shown, self.query_one(SizesView).chosen
-        sketch = None if shown is None else Still(shown, chosen, numbered=True)
+        sketch = None if shown is None else Still(shown, chosen, lettered=True)
         self.query_one(PictureView).draw(sketch)
 
     @property

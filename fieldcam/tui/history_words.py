@@ -21,7 +21,7 @@ from fieldcam.store.judgement_rows import (
 )
 from fieldcam.store.rows import EntryId
 from fieldcam.store.said import Saying, Word
-from fieldcam.words import number_of
+from fieldcam.words import letter_of, number_of
 
 DECIDED = {
     Action.ACCEPT: "accepted",
@@ -132,11 +132,11 @@ def _said(saying: Saying) -> str:
         case CaliperSize(_, _, day, fruit, diameter_mm):
             return f"{fruit} has {diameter_mm:.2f} mm by caliper on {day:%d %b}"
         case CaliperIdentity(_, fruitlet, fruit):
-            return f"fruitlet {fruitlet} is {fruit}"
+            return f"fruitlet {letter_of(fruitlet)} is {fruit}"
         case AssociationWord(_, fruitlet, _, None):
-            return f"fruitlet {fruitlet} is not in another picture"
+            return f"fruitlet {letter_of(fruitlet)} is not in another picture"
         case AssociationWord(_, fruitlet, _, other):
-            return f"fruitlet {fruitlet} is {other} of another picture"
+            return f"fruitlet {letter_of(fruitlet)} is {letter_of(other)} of another picture"
 
 
 def _answer(answer: Answer | None) -> str:
@@ -147,4 +147,6 @@ def _mark(mark: FruitletMark) -> str:
     word = MARKED[mark.mark]
     if mark.diameter_mm is not None:
         return f"{word} with {mark.diameter_mm:.2f} mm"
-    return f"{mark.count} {word}" if mark.fruitlet is None else f"fruitlet {mark.fruitlet} {word}"
+    if mark.fruitlet is None:
+        return f"{mark.count} {word}"
+    return f"fruitlet {letter_of(mark.fruitlet)} {word}"

@@ -6,14 +6,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise, product
 
-from fieldcam.growth.places import Place, Track, Word
+from fieldcam.growth.places import Place, Track, TrackedVisit, Word
 from fieldcam.growth.records import Presence
 from fieldcam.session.state import Shown
+from fieldcam.words import letter_of
 
 SURE = 0.9
 """Matches below this confidence are marked as doubtful."""
 Pair = tuple[Shown, Shown]
 """The earlier picture and the later one."""
+IN_ANOTHER = "in another picture"
 NEITHER = "Neither of the two pictures shows a fruitlet of this cluster."
 
 
@@ -22,13 +24,13 @@ class PairRow:
     """One fruitlet in two pictures, or in one of them."""
 
     number: int
-    """Counts the rows from 1; written on the pictures."""
+    """The track's, which the report and the tables name too; written on the pictures."""
     one: Place | None
     """In the earlier picture."""
     other: Place | None
     sizes_mm: tuple[float | None, float | None]
-    presence: Presence | None
-    """What became of it on the later day; None where it came later."""
+    presences: tuple[Presence | None, Presence | None]
+    """What became of it on the two days; None before the first day on which it was seen."""
     confidence: float
     """Of the match, where both pictures show it."""
     by_hand: bool
@@ -55,8 +57,7 @@ def pairs_of(days: Sequence[Sequence[Shown]]) -> tuple[tuple[Pair, ...], ...]:
 
 def pair_rows(tracks: Sequence[Track], pair: Pair) -> tuple[PairRow, ...]:
     """The fruitlets that one of the pictures shows, in the order of their tracks."""
-    found = [row for track in tracks if (row := _row(track, pair)) is not None]
-    return tuple(PairRow(n, *row) for n, row in enumerate(found, start=1))
+    return tuple(row for track in tracks if (row := _row(track, pair)) is not None)
 
 
 def said_word(rows: Sequence[PairRow], chosen: int, number: int, pair: Pair) -> Word | None:
@@ -85,46 +86,47 @@ def pair_lines(rows: Sequence[PairRow], pair: Pair, chosen: int) -> Iterator[str
         yield NEITHER
         return
     days = [f"{shown.record.day:%d %b}" for shown in pair]
-    yield f"     {days[0]:>7}  {days[1]:>7}   mm a day"
+    yield f"      {days[0]:>9}  {days[1]:>9}   mm a day"
     elapsed = _elapsed(pair)
     for row in rows:
         mark = ">" if row.number == chosen else " "
         sizes = "  ".join(
-            _size(place, size).rjust(7)
+            _size(place, size).rjust(9)
             for place, size in zip((row.one, row.other), row.sizes_mm, strict=True)
         )
-        yield f"{mark}{row.number:2}  {sizes}   {_rate(row, elapsed):8} {_said(row)}".rstrip()
+        said = _said(row, days[0])
+        yield f"{mark}{row.number:3}  {sizes}   {_rate(row, elapsed):8} {said}".rstrip()
 
 
-def _row(
-    track: Track, pair: Pair
-) -> (
-    tuple[
-        Place | None, Place | None, tuple[float | None, float | None], Presence | None, float, bool
-    ]
-    | None
-):
-    places = [_place(track, shown) for shown in pair]
-    if places == [None, None]:
+def _row(track: Track, pair: Pair) -> PairRow | None:
+    one, other = (_place(track, shown) for shown in pair)
+    if one is None and other is None:
         return None
-    day = pair[1].record.day
-    later = None if day is None else track.visits.get(day)
-    return (
-        places[0],
-        places[1],
-        (_diameter(pair[0], places[0]), _diameter(pair[1], places[1])),
-        None if later is None else later.sighting.presence,
-        1.0 if later is None or None in places else later.sighting.confidence,
+    earlier, later = (_visit(track, shown) for shown in pair)
+    return PairRow(
+        track.number,
+        one,
+        other,
+        (_diameter(pair[0], one), _diameter(pair[1], other)),
+        (
+            None if earlier is None else earlier.sighting.presence,
+            None if later is None else later.sighting.presence,
+        ),
+        1.0 if later is None or one is None or other is None else later.sighting.confidence,
         later is not None and later.by_hand,
     )
 
 
+def _visit(track: Track, shown: Shown) -> TrackedVisit | None:
+    day = shown.record.day
+    return None if day is None else track.visits.get(day)
+
+
 def _place(track: Track, shown: Shown) -> Place | None:
-    reading, day = shown.record.reading, shown.record.day
-    if reading is None or day is None or day not in track.visits:
+    reading, visit = shown.record.reading, _visit(track, shown)
+    if reading is None or visit is None:
         return None
-    here = (place for place in track.visits[day].places if place.reading == reading.id)
-    return next(here, None)
+    return next((place for place in visit.places if place.reading == reading.id), None)
 
 
 def _diameter(shown: Shown, place: Place | None) -> float | None:
@@ -142,7 +144,8 @@ def _elapsed(pair: Pair) -> int:
 def _size(place: Place | None, diameter_mm: float | None) -> str:
     if place is None:
         return "-"
-    return "no size" if diameter_mm is None else f"{diameter_mm:.2f}"
+    size = "no size" if diameter_mm is None else f"{diameter_mm:5.2f}"
+    return f"{letter_of(place.fruitlet)} {size}"
 
 
 def _rate(row: PairRow, elapsed_days: int) -> str:
@@ -152,12 +155,13 @@ def _rate(row: PairRow, elapsed_days: int) -> str:
     return f"{(other - one) / elapsed_days:+.2f}"
 
 
-def _said(row: PairRow) -> str:
+def _said(row: PairRow, first_day: str) -> str:
     if row.one is not None and row.other is not None:
         if row.by_hand:
             return "by hand"
         return f"? {row.confidence:.0%} sure" if row.doubtful else ""
+    words = {Presence.FALLEN: "fallen", Presence.NOT_SEEN: "not seen", None: "not seen before"}
     if row.one is None:
-        return "not seen before"
-    words = {Presence.FALLEN: "fallen", Presence.NOT_SEEN: "not seen", None: ""}
-    return words.get(row.presence, "in another picture")
+        missing = words.get(row.presences[0], IN_ANOTHER)
+        return f"{missing} on {first_day}" if missing == words[Presence.NOT_SEEN] else missing
+    return words.get(row.presences[1], IN_ANOTHER)

@@ -10,6 +10,7 @@ from fieldcam.store.history import FruitletSeen, ReadingSummary
 from fieldcam.store.judgement_rows import MarkKind
 from fieldcam.tui.letters import BLOCK
 from fieldcam.tui.words import Words
+from fieldcam.words import letter_of
 
 LONGEST_MM = 25.0
 """Of a full bar."""
@@ -77,9 +78,9 @@ class SizesView(Words):
         mark = ">" if seen.id == self.chosen else " "
         if not seen.living:
             gone = "fallen" if MarkKind.FALLEN in seen.marks else "struck out"
-            return Text(f"{mark}{seen.id:3}  {gone}", "strike")
+            return Text(f"{mark}{letter_of(seen.id):>3}  {gone}", "strike")
         room = max(len(self._worded(each)) for each in self._target)
-        text = f"{mark}{seen.id:3}  {_size(seen.diameter_mm)}{self._worded(seen)}"
+        text = f"{mark}{letter_of(seen.id):>3}  {_size(seen.diameter_mm)}{self._worded(seen)}"
         if seen.diameter_mm is None:
             return Text(text)
         longest = max(BAR_LEAST, self.size.width - WORDS - room)

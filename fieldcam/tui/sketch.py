@@ -1,4 +1,4 @@
-"""What is drawn where a picture is shown: pixels, and numbers written on them."""
+"""What is drawn where a picture is shown: pixels, and what is written on them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from fieldcam.session.state import Shown
 from fieldcam.tui.letters import BLOCK, big
 from fieldcam.tui.picture import CHOSEN, OUTLINE, STRUCK, Colour, Frame, frame_of, still
 from fieldcam.values import Fruitlet, ImageU8
+from fieldcam.words import letter_of
 
 Size = tuple[int, int]
 """Width and height, in small pixels."""
@@ -24,7 +25,7 @@ LEAST_REACH = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A number; its middle is at (x, y) in small pixels."""
+    """A letter or number; its middle is at (x, y) in small pixels."""
 
     x: float
     y: float
@@ -59,19 +60,19 @@ class Sketch(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Still:
-    """One picture with its target; one fruitlet may stand out, all may be numbered."""
+    """One picture with its target; one fruitlet may stand out, all may have their letters."""
 
     shown: Shown
     chosen: int | None = None
-    numbered: bool = False
+    lettered: bool = False
 
     @property
     def key(self) -> object:
-        return self.shown.left, self.shown.record.reading, self.chosen, self.numbered
+        return self.shown.left, self.shown.record.reading, self.chosen, self.lettered
 
     def paint(self, size: Size) -> Painted:
         image = still(self.shown, size, self.chosen)
-        found = targets(self.shown) if self.numbered else ()
+        found = targets(self.shown) if self.lettered else ()
         return Painted(image, tuple(self._label(each, size) for each in found))
 
     def at(self, x: float, y: float, size: Size) -> Place | None:
@@ -85,7 +86,7 @@ class Still:
         x, y = self._frame(size).place(fruitlet.center_px)
         living = {seen.id: seen.living for seen in self.shown.target}
         ground = OUTLINE if living[fruitlet.id] else STRUCK
-        return Label(x, y, str(fruitlet.id), CHOSEN if fruitlet.id == self.chosen else ground)
+        return Label(x, y, letter_of(fruitlet.id), CHOSEN if fruitlet.id == self.chosen else ground)
 
 
 def targets(shown: Shown) -> tuple[Fruitlet, ...]:
@@ -114,7 +115,7 @@ def nearest(shown: Shown, frame: Frame, x: float, y: float) -> Place | None:
 
 
 def stamped(painted: Painted, scale: int) -> ImageU8:
-    """The labels as pixels: digits of 4 x 5 of `scale` pixels each."""
+    """The labels as pixels: signs of five rows of `scale` pixels each."""
     image = painted.image.copy()
     for label in painted.labels:
         dots = np.array([[letter == BLOCK for letter in line] for line in big(label.text)])

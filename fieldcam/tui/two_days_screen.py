@@ -123,15 +123,14 @@ class TwoDaysScreen(Page):
             self._write()
 
     def action_choose(self, by: int) -> None:
-        rows = self._rows
-        if rows:
-            self._choose(rows[(self._row_number - 1 + by) % len(rows)])
+        if rows := self._rows:
+            self._choose(rows[(self._row + by) % len(rows)])
 
     def action_match(self, number: int) -> None:
         pairs = self._pairs
         if not pairs:
             return
-        word = said_word(self._rows, self._row_number, number, pairs[self._pair])
+        word = said_word(self._rows, self._number, number, pairs[self._pair])
         if word is None:
             self.hear(News(NOTHING, bad=True))
         else:
@@ -152,11 +151,17 @@ class TwoDaysScreen(Page):
         return pair_rows(self._followed.tracks, self._pairs[self._pair])
 
     @property
-    def _row_number(self) -> int:
-        """Of the chosen fruitlet; the first where it is in neither picture."""
-        rows = (row for row in self._rows if self._chosen in (row.one, row.other))
-        row = next(rows, None) if self._chosen is not None else None
-        return 1 if row is None else row.number
+    def _row(self) -> int:
+        """Where the chosen fruitlet stands; the first where it is in neither picture."""
+        if self._chosen is None:
+            return 0
+        found = (n for n, row in enumerate(self._rows) if self._chosen in (row.one, row.other))
+        return next(found, 0)
+
+    @property
+    def _number(self) -> int:
+        """Of the chosen fruitlet; 0 where there is none."""
+        return self._rows[self._row].number if self._rows else 0
 
     def _choose(self, row: PairRow) -> None:
         self._chosen = row.one or row.other
@@ -173,13 +178,13 @@ class TwoDaysScreen(Page):
         if self._followed is None or not self._pairs:
             self._say(TOO_FEW)
             return
-        rows, pair, number = self._rows, self._pairs[self._pair], self._row_number
+        rows, pair, number = self._rows, self._pairs[self._pair], self._number
         days = " and ".join(f"{shown.record.day:%d %b}" for shown in pair)
         views = f"   pictures {self._pair + 1}/{len(self._pairs)}" if len(self._pairs) > 1 else ""
         self.query_one("#heading", Static).update(f"Tag {self._tag}   {days}{views}")
         self.query_one(PictureView).draw(TwoStills(pair, rows, number))
         self.query_one("#pair-lines", Static).update("\n".join(pair_lines(rows, pair, number)))
-        self.query_one("#pairs", Past).scroll_to(y=number - 2, animate=False)
+        self.query_one("#pairs", Past).scroll_to(y=self._row - 1, animate=False)
 
     def _say(self, sentence: str) -> None:
         """In place of the table."""
