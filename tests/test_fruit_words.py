@@ -11,7 +11,7 @@ from live_walks import Walked, read, walked
 from stored_walks import FIRST_DAY
 
 from fieldcam.growth.places import Place, Word
-from fieldcam.session.events import Done, Refused, VerdictReady
+from fieldcam.session.events import Done, Doubted, Refused, VerdictReady
 from fieldcam.session.state import Shown
 from fieldcam.store.calipers import caliper_sizes, names_in
 from fieldcam.store.counted import association_words
@@ -69,19 +69,19 @@ def test_fruitlets_are_named_and_measured(walk: Walked) -> None:
     assert sizes(walk) == [(11, "fl 3", 9.5)]
 
 
-def test_a_name_belongs_to_one_fruitlet_of_a_picture(walk: Walked) -> None:
+def test_a_name_of_another_fruitlet_is_asked_about(walk: Walked) -> None:
     shown, reading = shoot(walk)
-    name = partial(walk.live.name_fruit, shown.id)
-    walk.after(partial(name, 0, "fl1", 9.0), Done)
-    refused, _ = walk.after(partial(name, 1, " fl1", 8.0), Refused)
-    assert refused.sentence.startswith("fl1 is fruitlet 0 of this picture")
-    assert names_in(walk.made.store.database, reading) == {0: "fl1"}
-    assert sizes(walk) == [(11, "fl1", 9.0)]
-    walk.after(partial(name, 0, "fl2", None), Done)
-    walk.after(partial(name, 1, "fl1", 8.0), Done)
-    second, _ = second_view(walk)
-    walk.after(partial(walk.live.name_fruit, second.id, 2, "fl1", None), Done)
-    assert sizes(walk) == [(11, "fl1", 8.0)]
+    name, database = partial(walk.live.name_fruit, shown.id), walk.made.store.database
+    walk.after(partial(name, 0, "fl3", 9.25), Done)
+    doubt, _ = walk.after(partial(name, 1, " fl3", 8.5), Doubted)
+    assert doubt.sentence == "fl3 is fruitlet A so far. Is it B, and A not?"
+    assert names_in(database, reading) == {0: "fl3"} and sizes(walk) == [(11, "fl3", 9.25)]
+    walk.after(doubt.insist, Done)
+    assert names_in(database, reading) == {1: "fl3"} and sizes(walk) == [(11, "fl3", 8.5)]
+    # Another view of the day shows the same fruit again.
+    other, again = second_view(walk)
+    walk.after(partial(walk.live.name_fruit, other.id, 0, "fl3", None), Done)
+    assert names_in(database, again) == {0: "fl3"}
 
 
 def test_what_makes_no_sense_is_refused(walk: Walked) -> None:

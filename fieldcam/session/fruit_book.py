@@ -7,7 +7,7 @@ from itertools import count
 
 from fieldcam.growth.places import Word
 from fieldcam.session.book import MOST_MM
-from fieldcam.session.doubt import NotNow
+from fieldcam.session.doubt import Doubtful, NotNow
 from fieldcam.session.growing import word_row
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.calipers import caliper_sizes, named_fruitlets, names_in
@@ -28,18 +28,22 @@ class FruitBook:
     view: WalkView
 
     def name_fruit(
-        self, capture: EntryId, fruitlet: int, fruit: str, diameter_mm: float | None = None
+        self,
+        capture: EntryId,
+        fruitlet: int,
+        fruit: str,
+        diameter_mm: float | None = None,
+        insist: bool = False,
     ) -> str:
         """This fruitlet is the fruit of this name, with this size by caliper on that day.
 
         Without a name it keeps the one that it has, else gets the cluster's next free number.
-        A name that another fruitlet of the picture has is refused, as its size would go too.
+        A name that another fruitlet of the picture has is taken over only on insisting.
         """
         if diameter_mm is not None and not 0 < diameter_mm <= MOST_MM:
             raise NotNow(f"A fruitlet measures between 0 and {MOST_MM:g} mm.")
         record, reading = self._read(capture)
-        living = {seen.id for seen in reading.target if seen.living}
-        if fruitlet not in living:
+        if not any(seen.id == fruitlet and seen.living for seen in reading.target):
             raise NotNow("Choose a fruitlet of the list first.")
         if record.tag_id is None or record.day is None:
             raise NotNow("Which tag this picture shows is not known yet.")
@@ -47,9 +51,11 @@ class FruitBook:
         name = " ".join(fruit.split()) or names.get(fruitlet) or self._next_number(record.tag_id)
         if len(name) > LONGEST_NAME or not name.isprintable():
             raise NotNow(f"A fruit's name has at most {LONGEST_NAME} letters.")
-        for other in living - {fruitlet}:
-            if names.get(other) == name:
-                raise NotNow(f"{name} is fruitlet {other} of this picture: rename that one first.")
+        living = (seen.id for seen in reading.target if seen.living and seen.id != fruitlet)
+        other = next((each for each in living if names.get(each) == name), None)
+        if other is not None and not insist:
+            there, here = letter_of(other), letter_of(fruitlet)
+            raise Doubtful(f"{name} is fruitlet {there} so far. Is it {here}, and {there} not?")
         written: list[Row] = [CaliperIdentity(reading.id, fruitlet, name)]
         if diameter_mm is not None:
             size = CaliperSize(self._block, record.tag_id, record.day, name, diameter_mm)
