@@ -86,3 +86,17 @@ def footer(driven: Driven) -> str:
 def spaced(text: str) -> str:
     """Its words, wherever lines end."""
     return " ".join(text.split())
+
+
+@SIZES
+def test_a_long_name_of_a_block_leaves_room_for_the_day(size: tuple[int, int]) -> None:
+    named = replace(AIM, block="Row 5, 3 clusters, walked without a screen", simulated=True)
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(named)
+        for key in SCREENS:
+            await driven.press("escape", key)
+            bar = driven.text.splitlines()[0]
+            assert f"{AIM.day:%d %b %Y}" in bar and bar.endswith("free")
+
+    drive(size, script)

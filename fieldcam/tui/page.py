@@ -47,7 +47,9 @@ class Frame(Screen[None]):
         with Vertical(id="page"):
             with Vertical(id="bar"):
                 yield Words(id="simulated")
-                yield Words(id="where", markup=False)
+                yield Words(id="title", markup=False)
+                yield Words(id="block-name", markup=False)
+                yield Words(id="day", markup=False)
                 yield Words(id="disk")
             yield from self.body()
             yield Footer(compact=True, show_command_palette=False)
@@ -60,8 +62,10 @@ class Frame(Screen[None]):
         """What stands on top."""
         self.query_one("#simulated", Words).update("SIMULATED")
         self.query_one("#simulated").display = simulated
-        parts = [self.TITLE or "", block, f"{day:%d %b %Y}"]
-        self.query_one("#where", Words).update("   ".join(filter(None, parts)))
+        self.query_one("#title", Words).update(self.TITLE or "")
+        self.query_one("#block-name", Words).update(block)
+        self.query_one("#block-name").display = bool(block)
+        self.query_one("#day", Words).update(f"{day:%d %b %Y}")
         low = free_bytes < LOW_DISK_BYTES
         free = f"{free_bytes / 1e6:.0f} MB" if low else f"{free_bytes / 1e9:.0f} GB"
         self.query_one("#disk", Words).update(f"{free} free")
@@ -108,6 +112,8 @@ class Page(Frame):
         super().__init__()
         self.walk = walk
         self.state = state
+        self.looks_at: int | None = None
+        """The tag that was asked for, here or on the screen before; None: the walk's."""
 
     def on_mount(self) -> None:
         if self.state is not None:
