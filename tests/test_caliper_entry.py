@@ -91,7 +91,7 @@ def test_names_sizes_and_agreement_are_shown(at_tag: AtTag) -> None:
             CaliperSize(block, 11, FIRST_DAY, "fl3", 10.25),
         )
         await driven.tell(at_tag.state)
-        assert "B  10.00 mm fl3 10.25" in driven.text and "C  11.00 mm fl4 " in driven.text
+        assert 'B  10.00 mm "fl3" 10.25' in driven.text and 'C  11.00 mm "fl4" ' in driven.text
         assert " 1 by caliper: bias -0.25 mm; 19 more to go by" in driven.text
         assert "picture 1: fruitlet C" in driven.text
         await driven.press("down", "c")

@@ -52,9 +52,9 @@ def test_fruitlets_are_named_and_measured(walk: Walked) -> None:
         done, _ = walk.after(partial(name, fruitlet, fruit, size), Done)
         said.append(done.sentence)
     assert said == [
-        "Fruitlet A is fl 3, 9.25 mm by caliper.",
-        "Fruitlet B is 1, 8.50 mm by caliper.",
-        "Fruitlet C is 2.",
+        "Fruitlet A is called fl 3, 9.25 mm by caliper.",
+        "Fruitlet B is called 1, 8.50 mm by caliper.",
+        "Fruitlet C is called 2.",
     ]
     database = walk.made.store.database
     assert names_in(database, reading) == {0: "fl 3", 1: "1", 2: "2"}
@@ -65,7 +65,7 @@ def test_fruitlets_are_named_and_measured(walk: Walked) -> None:
     assert undone.sentence == "Undone: the fruit's name and the caliper size on tag 11."
     assert names_in(database, reading) == {0: "fl 3"}
     again, _ = walk.after(partial(name, 0, "", 9.5), Done)
-    assert again.sentence == "Fruitlet A is fl 3, 9.50 mm by caliper."
+    assert again.sentence == "Fruitlet A is called fl 3, 9.50 mm by caliper."
     assert sizes(walk) == [(11, "fl 3", 9.5)]
 
 
@@ -74,7 +74,7 @@ def test_a_name_of_another_fruitlet_is_asked_about(walk: Walked) -> None:
     name, database = partial(walk.live.name_fruit, shown.id), walk.made.store.database
     walk.after(partial(name, 0, "fl3", 9.25), Done)
     doubt, _ = walk.after(partial(name, 1, " fl3", 8.5), Doubted)
-    assert doubt.sentence == "fl3 is fruitlet A so far. Is it B, and A not?"
+    assert doubt.sentence == "A is called fl3 already. Is it B that is, and A not?"
     assert names_in(database, reading) == {0: "fl3"} and sizes(walk) == [(11, "fl3", 9.25)]
     walk.after(doubt.insist, Done)
     assert names_in(database, reading) == {1: "fl3"} and sizes(walk) == [(11, "fl3", 8.5)]

@@ -55,14 +55,16 @@ class FruitBook:
         other = next((each for each in living if names.get(each) == name), None)
         if other is not None and not insist:
             there, here = letter_of(other), letter_of(fruitlet)
-            raise Doubtful(f"{name} is fruitlet {there} so far. Is it {here}, and {there} not?")
+            raise Doubtful(
+                f"{there} is called {name} already. Is it {here} that is, and {there} not?"
+            )
         written: list[Row] = [CaliperIdentity(reading.id, fruitlet, name)]
         if diameter_mm is not None:
             size = CaliperSize(self._block, record.tag_id, record.day, name, diameter_mm)
             written.append(size)
         self.view.store.append(*written)
         measured = "" if diameter_mm is None else f", {diameter_mm:.2f} mm by caliper"
-        return f"Fruitlet {letter_of(fruitlet)} is {name}{measured}."
+        return f"Fruitlet {letter_of(fruitlet)} is called {name}{measured}."
 
     def match(self, word: Word) -> str:
         """The operator's word on which fruitlet of one picture is which of another."""

@@ -19,7 +19,7 @@ class Called:
 
     def __str__(self) -> str:
         measured = "" if self.calipers_mm is None else f" {self.calipers_mm:.2f}"
-        return f"{self.fruit}{measured}"
+        return f'"{self.fruit}"{measured}'
 
 
 def called(

@@ -132,11 +132,10 @@ def _said(saying: Saying) -> str:
         case CaliperSize(_, _, day, fruit, diameter_mm):
             return f"{fruit} has {diameter_mm:.2f} mm by caliper on {day:%d %b}"
         case CaliperIdentity(_, fruitlet, fruit):
-            return f"fruitlet {letter_of(fruitlet)} is {fruit}"
-        case AssociationWord(_, fruitlet, _, None):
-            return f"fruitlet {letter_of(fruitlet)} is not in another picture"
+            return f"fruitlet {letter_of(fruitlet)} is called {fruit}"
         case AssociationWord(_, fruitlet, _, other):
-            return f"fruitlet {letter_of(fruitlet)} is {letter_of(other)} of another picture"
+            partner = "not in" if other is None else f"{letter_of(other)} of"
+            return f"fruitlet {letter_of(fruitlet)} is {partner} another picture"
 
 
 def _answer(answer: Answer | None) -> str:

@@ -81,9 +81,9 @@ class SizesView(Words):
             return Text(f"{mark}{letter_of(seen.id):>3}  {gone}", "strike")
         room = max(len(self._worded(each)) for each in self._target)
         text = f"{mark}{letter_of(seen.id):>3}  {_size(seen.diameter_mm)}{self._worded(seen)}"
-        if seen.diameter_mm is None:
+        longest = self.size.width - WORDS - room
+        if seen.diameter_mm is None or longest < BAR_LEAST:
             return Text(text)
-        longest = max(BAR_LEAST, self.size.width - WORDS - room)
         # Full blocks of neighbouring rows touch; without colours they would be one.
         glyph = THIN if self.app.no_color else BLOCK
         bar = glyph * max(1, round(min(1.0, seen.diameter_mm / LONGEST_MM) * longest))
