@@ -162,9 +162,10 @@ def test_a_cluster_without_pictures_and_a_block_without_clusters(past: Past) -> 
         assert "Ann: skipped" in driven.text
         await driven.tell(replace(past.state, tag_id=None))
         assert "Tag 22" in driven.text
-        stops = replace(past.state.route, stops=())
-        await driven.tell(replace(past.state, tag_id=None, route=stops))
+        nothing = replace(past.state.route, block="another", stops=())
+        await driven.tell(replace(past.state, tag_id=None, route=nothing))
         assert "This block has no clusters yet." in driven.text
+        await driven.press("n")
 
     drive(SMALL, script)
 

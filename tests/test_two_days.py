@@ -4,21 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from datetime import date, timedelta
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from live_walks import read
 from made_states import shown_with
 from made_tracks import tracked_by_id
 from screens import LARGE, SMALL, Driven, check_golden, drive
-from stored_walks import MadeWalk, small_store
+from stored_walks import FIRST_DAY, MadeWalk, small_store
 
-from fieldcam.growth.places import Place, Track, Word
+from fieldcam.growth.places import Place, Track, TrackedVisit, Word
+from fieldcam.growth.records import Presence, Sighting
+from fieldcam.session.events import Done
 from fieldcam.session.growing import FollowedCluster, word_row
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.space import Space
 from fieldcam.tui.looks import Look, Pictures
+from fieldcam.tui.pair_changes import told_changes
 from fieldcam.tui.pair_sketch import TwoStills
 from fieldcam.tui.pairs import PairRow, pairs_of, said_word
 from fieldcam.tui.picture import draw_line
@@ -115,6 +121,71 @@ def test_what_was_said_is_shown_and_nothing_is_followed_twice(
     drive(SMALL, script)
 
 
+def matched(cluster: FollowedCluster) -> tuple[Track, ...]:
+    """Without words by id; a word of A's partner moves all others, and E is not seen any more."""
+    if not cluster.words:
+        return tracked_by_id(cluster)
+    first, second = cluster.visits
+    (one,), (other,) = first.views, second.views
+    partners = ((0, 1), (1, 2), (2, None), (3, 3), (4, None), (None, 0))
+    tracks = []
+    for number, (left, right) in enumerate(partners, start=1):
+        seen: dict[date, TrackedVisit] = {}
+        if left is not None:
+            place = Place(one.id, left)
+            seen[first.day] = TrackedVisit(Sighting(Presence.SIZED, 9.0), (place,))
+        if right is not None:
+            place = Place(other.id, right)
+            seen[second.day] = TrackedVisit(Sighting(Presence.SIZED, 9.0), (place,))
+        else:
+            seen[second.day] = TrackedVisit(Sighting(Presence.NOT_SEEN), ())
+        tracks.append(Track(number, seen))
+    return tuple(tracks)
+
+
+def test_what_a_word_changes_for_others_is_told(
+    walked: Walked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fieldcam.tui.two_days_screen.tracks_of", matched)
+    word = Word(Place(walked.one, 0), Place(walked.other, 1))
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(walked.state)
+        await driven.press("v", "t")
+        walked.made.store.append(word_row(word))
+        await driven.tell(Done("Matched by hand."), walked.state)
+        assert (
+            "Matched by hand. Also changed: 2 (B) is matched with C now; 3 (C) has no match any"
+            " more; 5 (E) counts as not seen now; 6 (A) has no match any more."
+        ) in " ".join(driven.text.split())
+        assert "? Help" in driven.text.splitlines()[-1]
+
+    drive(SMALL, script)
+
+
+def test_what_changes_on_other_days_is_told_too(tmp_path: Path) -> None:
+    def track(number: int, *places: Place) -> Track:
+        sized = Sighting(Presence.SIZED, 9.0)
+        days = (FIRST_DAY + timedelta(int(place.reading)) for place in places)
+        return Track(
+            number,
+            {day: TrackedVisit(sized, (place,)) for day, place in zip(days, places, strict=True)},
+        )
+
+    shown = shown_with(tmp_path, read(5))
+    summary = shown.record.reading
+    assert summary is not None
+    pair = tuple(
+        replace(shown, record=replace(shown.record, reading=replace(summary, id=id)))
+        for id in ("0", "1")
+    )
+    before = [track(1, Place("2", 0), Place("3", 0)), track(2, Place("2", 1), Place("3", 1))]
+    after = [track(1, Place("2", 0), Place("3", 1)), track(2, Place("2", 1), Place("3", 0))]
+    told = partial(told_changes, pair=(pair[0], pair[1]), said=frozenset())
+    assert told(before, before) == ""
+    assert told(before, after) == "Also changed: fruitlets of other days were matched anew."
+
+
 def test_clicks_choose_on_the_left_and_match_on_the_right(walked: Walked) -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(walked.state)
@@ -167,8 +238,9 @@ def test_with_less_than_two_pictures_it_is_said(walked: Walked, tag_id: int) -> 
     async def script(driven: Driven) -> None:
         await driven.tell(replace(walked.state, tag_id=tag_id))
         await driven.press("v", "t", "left", "s", "down", "1", "0")
+        assert f"Tag {tag_id}" in driven.text
         assert "There are no two accepted pictures of this cluster" in driven.text
-        route = replace(walked.state.route, stops=())
+        route = replace(walked.state.route, block="another", stops=())
         await driven.tell(replace(walked.state, tag_id=None, route=route))
         assert "This block has no clusters yet." in driven.text
 
@@ -239,3 +311,33 @@ def test_numbers_are_stamped_inside_the_picture() -> None:
         written = (found == (200, 0, 0)).all(axis=2) | (found == 0).all(axis=2)
         # Two digits of 4 x 5 dots with one between them and one around: 2 pixels each.
         assert written.sum() == (4 + 1 + 3 + 2) * 7 * 4
+
+
+def test_every_cluster_with_pictures_is_reached_without_a_route(walked: Walked) -> None:
+    """As in a block that was walked without a screen: nobody stands anywhere."""
+    state = replace(
+        walked.state, tag_id=None, shown=None, route=replace(walked.state.route, stops=())
+    )
+    one, other = walked.one, walked.other
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(state)
+        await driven.press("v")
+        assert "Tag 11   2 days, 2 pictures" in driven.text
+        await driven.press("n")
+        assert "Tag 12   1 day, 1 picture" in driven.text
+        await driven.press("p", "c")
+        await driven.type("9.5")
+        await driven.type("fl3")
+        await driven.press("t", "2")
+        assert "Tag 11   21 May and 23 May" in driven.text
+        await driven.press("n")
+        assert "Tag 12" in driven.text and "no two accepted pictures" in driven.text
+        await driven.press("escape")
+        assert "Tag 12   1 day, 1 picture" in driven.text
+        await driven.press("escape", "v")
+        assert "Tag 11" in driven.text
+
+    (measured, matched) = drive(SMALL, script).walk.asked
+    assert (measured[0], measured[2:]) == ("name_fruit", (0, "fl3", 9.5))
+    assert matched == ("match", Word(Place(one, 0), Place(other, 1)))

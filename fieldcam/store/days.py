@@ -10,6 +10,7 @@ from itertools import groupby
 from sqlite_utils import Database
 
 from fieldcam.store.blocks import visits
+from fieldcam.store.connection import rows
 from fieldcam.store.durations import VisitTimes, visit_times
 from fieldcam.store.history import (
     CaptureRecord,
@@ -78,6 +79,17 @@ def cluster_days(database: Database, block: EntryId, tag_id: int) -> tuple[Clust
             taken = tuple(pictures.get(visit.id, ()))
             found.append(ClusterDay(visit.id, visit.day, taken, here))
     return tuple(found)
+
+
+def photographed_tags(database: Database, block: EntryId) -> tuple[int, ...]:
+    """All clusters of a block of which there are pictures, rising."""
+    sql = (
+        "SELECT DISTINCT capture.tag_id FROM capture_now AS capture"
+        " JOIN visit ON visit.id = capture.visit WHERE visit.block = ?"
+        " AND capture.tag_id IS NOT NULL AND capture.action IS NOT 'discard'"
+        " ORDER BY capture.tag_id"
+    )
+    return tuple(row["tag_id"] for row in rows(database, sql, block))
 
 
 def block_days(database: Database, block: EntryId) -> tuple[BlockDay, ...]:

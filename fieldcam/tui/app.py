@@ -324,6 +324,7 @@ class FieldcamApp(EndableApp[None]):
         if self.walk is None or not isinstance(self.screen, Page):
             return
         page = self._dressed(make(self.walk, self.state))
+        page.looks_at = self.screen.looks_at
         if isinstance(self.screen, WalkScreen | AimScreen):
             self.push_screen(page)
         else:

@@ -25,27 +25,27 @@ from fieldcam.store.rows import EntryId
 from fieldcam.store.said import Word, said
 from fieldcam.tui import answers
 from fieldcam.tui.asking import AskText
+from fieldcam.tui.cluster_page import NO_CLUSTERS, OTHER_TAGS, ClusterPage, block_tags, tag_to_show
 from fieldcam.tui.days_view import DaysView, Past
 from fieldcam.tui.forms import AskForm, Field
 from fieldcam.tui.fruit_words import Called, agreement_line, called
 from fieldcam.tui.history_words import picture_heading, picture_line, word_line
-from fieldcam.tui.news import News
-from fieldcam.tui.page import Page
 from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.sketch import Still
 from fieldcam.words import letter_of, number_of
-
-NO_CLUSTERS = "This block has no clusters yet."
 
 
 @dataclass(frozen=True, slots=True)
 class History:
     """What the store knows of the cluster, and the one picture that is shown."""
 
-    days: tuple[ClusterDay, ...]
-    words: tuple[Word, ...]
-    shown: Shown | None
+    tag_id: int | None = None
+    """None where the block has no clusters."""
+    tags: tuple[int, ...] = ()
+    days: tuple[ClusterDay, ...] = ()
+    words: tuple[Word, ...] = ()
+    shown: Shown | None = None
     names: Mapping[int, Called] = field(default_factory=dict)
     """Of the fruitlets in the picture, with their sizes by caliper."""
     agreement: Agreement | None = None
@@ -56,15 +56,16 @@ class History:
         return tuple(picture for day in self.days for picture in day.pictures)
 
 
-class ClusterScreen(Page):
-    """Of the cluster where the operator stands, else the route's last one."""
+class ClusterScreen(ClusterPage):
+    """With keys for words on single fruitlets."""
 
     CSS_PATH = "cluster_screen.tcss"
     TITLE = "Cluster"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,v", "app.pop_screen", "Back"),
-        Binding("left", "browse(-1)", "Earlier"),
-        Binding("right", "browse(1)", "Later"),
+        Binding("left", "browse(-1)", "Picture", key_display="←→"),
+        Binding("right", "browse(1)", "Later picture", show=False),
+        *OTHER_TAGS,
         Binding("up", "choose(-1)", "Fruitlet above", show=False),
         Binding("down", "choose(1)", "Fruitlet below", show=False),
         Binding("k", "king", "King", show=False),
@@ -96,15 +97,8 @@ class ClusterScreen(Page):
         yield Static(id="said", markup=False)
 
     def show(self, state: WalkState) -> None:
-        if self.state is not None and tag_of(self.state) != tag_of(state):
-            self._picture = None
         super().show(state)
         self._look()
-
-    def hear(self, told: News) -> None:
-        line = self.query_one("#said", Static)
-        line.update(told.sentence)
-        line.set_class(told.bad, "-bad")
 
     def action_browse(self, by: int) -> None:
         pictures = () if self._history is None else self._history.pictures
@@ -157,9 +151,6 @@ class ClusterScreen(Page):
         question = f"Fruitlet {letter_of(fruitlet)} by caliper:"
         self.app.push_screen(AskForm(question, fields, _measurement), measured)
 
-    def action_undo(self) -> None:
-        self.walk.undo()
-
     def action_scroll_words(self, by: int) -> None:
         words = self.query_one("#words", Past)
         words.scroll_relative(y=by * max(1, words.size.height - 1), animate=False)
@@ -175,21 +166,24 @@ class ClusterScreen(Page):
         return None if self._history is None else self._history.shown
 
     def _look(self) -> None:
-        state, picture = self.state, self._picture
-        if state is None or (tag_id := tag_of(state)) is None:
-            self._write(NO_CLUSTERS, History((), (), None))
+        state, picture, asked = self.state, self._picture, self.looks_at
+        if state is None:
             return
         objects, block = Objects(state.folder), state.route.block
-        stop = state.route.stop(tag_id)
-        tree = "" if stop is None or not stop.tree_label else f"   tree {stop.tree_label}"
 
         def read(database: Database) -> History:
+            tags = block_tags(database, state)
+            tag_id = tag_to_show(asked, state, tags)
+            if tag_id is None:
+                return History()
             days = cluster_days(database, block, tag_id)
             shown = _shown(database, objects, days, picture)
             sizes, named = caliper_sizes(database, block), named_fruitlets(database, block)
             reading = None if shown is None else shown.record.reading
             pairs = measured_twice(sizes, named)
             return History(
+                tag_id,
+                tags,
                 days,
                 said(database, block, tag_id),
                 shown,
@@ -197,18 +191,31 @@ class ClusterScreen(Page):
                 agreement([p.camera_mm for p in pairs], [p.calipers_mm for p in pairs]),
             )
 
-        def show(found: History) -> None:
-            days, pictures = len(found.days), len(found.pictures)
-            counts = f"{number_of(days, 'day')}, {number_of(pictures, 'picture')}"
-            self._write(f"Tag {tag_id}{tree}   {counts}", found)
+        self.look_up(state.folder, read, self._found)
 
-        self.look_up(state.folder, read, show)
+    def _found(self, found: History) -> None:
+        if self.tag_id != found.tag_id:
+            self._picture = None
+        self.tag_id, self.tags, self._history = found.tag_id, found.tags, found
+        self._write(found)
 
-    def _write(self, heading: str, history: History) -> None:
-        self._history = history
+    @property
+    def _heading(self) -> str:
+        if self.tag_id is None or self.state is None or self._history is None:
+            return NO_CLUSTERS
+        stop = self.state.route.stop(self.tag_id)
+        days, pictures = len(self._history.days), len(self._history.pictures)
+        parts = [
+            f"Tag {self.tag_id}",
+            "" if stop is None or not stop.tree_label else f"tree {stop.tree_label}",
+            f"{number_of(days, 'day')}, {number_of(pictures, 'picture')}",
+        ]
+        return "   ".join(filter(None, parts))
+
+    def _write(self, history: History) -> None:
         places = {picture.id: n + 1 for n, picture in enumerate(history.pictures)}
         shown = history.shown
-        self.query_one("#heading", Static).update(heading)
+        self.query_one("#heading", Static).update(self._heading)
         self.query_one(SizesView).show(
             "" if shown is None else picture_heading(shown.record),
             None if shown is None else shown.record.reading,
@@ -218,11 +225,9 @@ class ClusterScreen(Page):
         measured = agreement_line(history.agreement)
         self.query_one("#agreement", Static).update(measured)
         self.query_one("#agreement").display = bool(measured)
-        caption = (
-            "There is no picture of this cluster yet."
-            if shown is None
-            else picture_line(shown.record, places[shown.id], len(places))
-        )
+        caption = "" if self.tag_id is None else "There is no picture of this cluster yet."
+        if shown is not None:
+            caption = picture_line(shown.record, places[shown.id], len(places))
         self.query_one("#caption", Static).update(caption)
         self.query_one(DaysView).show(history.days)
         newest_first = [word_line(word, places) for word in reversed(history.words)]
@@ -231,12 +236,6 @@ class ClusterScreen(Page):
 
 def _measurement(size: str, fruit: str) -> tuple[float | None, str]:
     return answers.size_mm(size), answers.words(fruit)
-
-
-def tag_of(state: WalkState) -> int | None:
-    """Where the operator stands, else the route's last tag."""
-    stops = state.route.stops
-    return stops[-1].tag_id if state.tag_id is None and stops else state.tag_id
 
 
 def _shown(

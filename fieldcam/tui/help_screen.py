@@ -20,11 +20,11 @@ left, right   another tag        up, down   another fruitlet
 W       on to the next tree      E       set-up: block, route, sprays
 A       aim; Space or a remote's key fires there too, G by itself
 O       route: go to any cluster V       this cluster on all days
-B       block: sizes, missing    I       device: camera, disk, battery
+B       block: sizes, missing    I       device (R: again), camera, disk
 L       log                      D       day or night colours
 Ctrl+P  all commands             Q       end the walk; Ctrl+Q anywhere
-On Cluster: left, right pictures; C > by caliper; T two days; K > king;
-M one by hand; PgUp, PgDn words. On Block: G growth. On Device: R again.
+On Cluster: left, right pictures; N, P tags; C > by caliper; T two days;
+K > king; M one by hand; PgUp, PgDn words. On Block: G growth.
 
 Walk on once a picture is saved; it is read meanwhile. CONFIRM asks why
 there are fewer fruitlets than last visit: F or H answers it.

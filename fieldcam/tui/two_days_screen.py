@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 from sqlite_utils import Database
@@ -17,12 +18,11 @@ from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import shown_picture
 from fieldcam.store.history import capture_record
 from fieldcam.store.objects import Objects
-from fieldcam.store.rows import EntryId
-from fieldcam.tui.cluster_screen import NO_CLUSTERS, tag_of
+from fieldcam.tui.cluster_page import NO_CLUSTERS, OTHER_TAGS, ClusterPage, block_tags, tag_to_show
 from fieldcam.tui.days_view import Past
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.news import News
-from fieldcam.tui.page import Page
+from fieldcam.tui.pair_changes import places_of, told_changes
 from fieldcam.tui.pair_sketch import TwoStills
 from fieldcam.tui.pairs import Pair, PairRow, pair_lines, pair_rows, pairs_of, said_word
 from fieldcam.tui.picture_view import PictureView, picture_view
@@ -39,6 +39,8 @@ TALL = 36
 class Followed:
     """A cluster's accepted pictures, and its fruitlets over them."""
 
+    tags: tuple[int, ...]
+    """Of the block."""
     rows: ClusterRows
     """What it was made of."""
     groups: tuple[tuple[Pair, ...], ...]
@@ -46,15 +48,16 @@ class Followed:
     tracks: tuple[Track, ...]
 
 
-class TwoDaysScreen(Page):
-    """Of the cluster where the operator stands; opens on the last two days."""
+class TwoDaysScreen(ClusterPage):
+    """Opens on the last two days."""
 
     CSS_PATH = "two_days_screen.tcss"
     TITLE = "Two days"
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,t", "app.cluster", "Back"),
-        Binding("left", "browse(-1)", "Earlier"),
-        Binding("right", "browse(1)", "Later"),
+        Binding("escape,t,v", "app.cluster", "Back"),
+        Binding("left", "browse(-1)", "Days", key_display="←→"),
+        Binding("right", "browse(1)", "Later days", show=False),
+        *OTHER_TAGS,
         Binding("s", "other_views", "Views"),
         Binding("up", "choose(-1)", "Fruitlet above", show=False),
         Binding("down", "choose(1)", "Fruitlet below", show=False),
@@ -62,15 +65,18 @@ class TwoDaysScreen(Page):
         *(Binding(str(n), f"match({n})", "Same", show=False) for n in range(2, 10)),
         Binding("0", "match(0)", "Not there"),
         Binding("u", "undo", "Undo"),
+        # There is no room for them below.
+        Binding("o", "app.route", "Route", show=False),
+        Binding("i", "app.device", "Device", show=False),
     ]
 
     def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
         super().__init__(walk, state)
-        self._tag: int | None = None
         self._followed: Followed | None = None
         self._group = -1
         self._pair = 0
         self._chosen: Place | None = None
+        self._heard = ""
 
     def body(self) -> ComposeResult:
         yield Static(id="heading", markup=False)
@@ -82,25 +88,15 @@ class TwoDaysScreen(Page):
 
     def show(self, state: WalkState) -> None:
         super().show(state)
-        tag_id = tag_of(state)
-        if tag_id != self._tag:
-            self._tag, self._followed, self._group, self._pair = tag_id, None, -1, 0
         self.set_class(self.pictures is Pictures.NONE, "-words")
         self.set_class(self.app.size.height >= TALL, "-tall")
-        if tag_id is None:
-            self._say(NO_CLUSTERS)
-            return
-        block, objects, before = state.route.block, Objects(state.folder), self._followed
         self.look_up(
-            state.folder,
-            lambda database: _followed(database, objects, block, tag_id, before),
-            self._found,
+            state.folder, partial(_followed, state, self.looks_at, self._followed), self._found
         )
 
     def hear(self, told: News) -> None:
-        line = self.query_one("#said", Static)
-        line.update(told.sentence)
-        line.set_class(told.bad, "-bad")
+        super().hear(told)
+        self._heard = told.sentence
 
     def on_picture_view_picked(self, event: PictureView.Picked) -> None:
         """On the left it chooses, on the right it is the partner."""
@@ -136,9 +132,6 @@ class TwoDaysScreen(Page):
         else:
             self.walk.match(word)
 
-    def action_undo(self) -> None:
-        self.walk.undo()
-
     @property
     def _pairs(self) -> tuple[Pair, ...]:
         groups = () if self._followed is None else self._followed.groups
@@ -167,39 +160,62 @@ class TwoDaysScreen(Page):
         self._chosen = row.one or row.other
         self._write()
 
-    def _found(self, followed: Followed) -> None:
+    def _found(self, followed: Followed | None) -> None:
         before, self._followed = self._followed, followed
-        if before is None or len(before.groups) != len(followed.groups):
+        self.tags = () if followed is None else followed.tags
+        self.tag_id = None if followed is None else followed.rows.tag_id
+        if before is None or followed is None or _days(before) != _days(followed):
             self._group, self._pair = -1, 0
         self._pair = min(self._pair, max(0, len(self._pairs) - 1))
         self._write()
+        if before is not None and followed is not None and self._pairs:
+            self._tell_changes(before, followed)
+
+    def _tell_changes(self, before: Followed, now: Followed) -> None:
+        """A word on one fruitlet may move others."""
+        if before.rows.tag_id != now.rows.tag_id or before.rows.visits != now.rows.visits:
+            return
+        said = places_of({*before.rows.words} ^ {*now.rows.words})
+        told = told_changes(before.tracks, now.tracks, self._pairs[self._pair], said)
+        if told:
+            self.hear(News(f"{self._heard} {told}".lstrip()))
 
     def _write(self) -> None:
-        if self._followed is None or not self._pairs:
-            self._say(TOO_FEW)
+        if not self._pairs:
+            self._say(NO_CLUSTERS if self.tag_id is None else TOO_FEW)
             return
         rows, pair, number = self._rows, self._pairs[self._pair], self._number
         days = " and ".join(f"{shown.record.day:%d %b}" for shown in pair)
         views = f"   pictures {self._pair + 1}/{len(self._pairs)}" if len(self._pairs) > 1 else ""
-        self.query_one("#heading", Static).update(f"Tag {self._tag}   {days}{views}")
+        self.query_one("#heading", Static).update(f"Tag {self.tag_id}   {days}{views}")
         self.query_one(PictureView).draw(TwoStills(pair, rows, number))
         self.query_one("#pair-lines", Static).update("\n".join(pair_lines(rows, pair, number)))
         self.query_one("#pairs", Past).scroll_to(y=self._row - 1, animate=False)
 
     def _say(self, sentence: str) -> None:
         """In place of the table."""
-        self.query_one("#heading", Static).update("" if self._tag is None else f"Tag {self._tag}")
+        heading = "" if self.tag_id is None else f"Tag {self.tag_id}"
+        self.query_one("#heading", Static).update(heading)
         self.query_one(PictureView).draw(None)
         self.query_one("#pair-lines", Static).update(sentence)
 
 
+def _days(followed: Followed) -> tuple[int, int]:
+    """Of which cluster, and how many."""
+    return followed.rows.tag_id, len(followed.groups)
+
+
 def _followed(
-    database: Database, objects: Objects, block: EntryId, tag_id: int, before: Followed | None
-) -> Followed:
-    """Read and followed anew only where its rows have changed."""
-    rows = cluster_rows(database, block, tag_id)
+    state: WalkState, asked: int | None, before: Followed | None, database: Database
+) -> Followed | None:
+    """Read and followed anew only where its rows have changed; None without a cluster."""
+    objects, tags = Objects(state.folder), block_tags(database, state)
+    tag_id = tag_to_show(asked, state, tags)
+    if tag_id is None:
+        return None
+    rows = cluster_rows(database, state.route.block, tag_id)
     if before is not None and before.rows == rows:
-        return before
+        return replace(before, tags=tags)
     cluster = followed_cluster(database, rows)
     whole = {view.id: view.reading for visit in cluster.visits for view in visit.views}
     days = []
@@ -212,4 +228,4 @@ def _followed(
                 if record is not None and record.reading is not None and record.reading.id in whole
             ]
         )
-    return Followed(rows, pairs_of([day for day in days if day]), tracks_of(cluster))
+    return Followed(tags, rows, pairs_of([day for day in days if day]), tracks_of(cluster))

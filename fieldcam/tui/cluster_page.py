@@ -1,0 +1,61 @@
+"""What the Cluster screen and Two days share: both show one cluster, and step to any other."""
+
+from __future__ import annotations
+
+from sqlite_utils import Database
+from textual.binding import Binding
+from textual.widgets import Static
+
+from fieldcam.session.commands import Walk
+from fieldcam.session.state import WalkState
+from fieldcam.store.days import photographed_tags
+from fieldcam.tui.news import News
+from fieldcam.tui.page import Page
+
+NO_CLUSTERS = "This block has no clusters yet."
+
+OTHER_TAGS = (
+    Binding("n", "other_tag(1)", "Tag", key_display="n/p"),
+    Binding("p", "other_tag(-1)", "Tag before", show=False),
+)
+"""To stand among the keys of each screen."""
+
+
+class ClusterPage(Page):
+    """Of the cluster that was asked for, else of the one where the operator stands."""
+
+    def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
+        super().__init__(walk, state)
+        self.tag_id: int | None = None
+        """What is shown."""
+        self.tags: tuple[int, ...] = ()
+        """All that could be."""
+
+    def hear(self, told: News) -> None:
+        line = self.query_one("#said", Static)
+        line.update(told.sentence)
+        line.set_class(told.bad, "-bad")
+
+    def action_other_tag(self, by: int) -> None:
+        if self.state is None or not self.tags:
+            return
+        here = self.tags.index(self.tag_id) if self.tag_id in self.tags else -by
+        self.looks_at = self.tags[(here + by) % len(self.tags)]
+        self.show(self.state)
+
+    def action_undo(self) -> None:
+        self.walk.undo()
+
+
+def block_tags(database: Database, state: WalkState) -> tuple[int, ...]:
+    """Those of the route in its order, then others of which there are pictures."""
+    route = [stop.tag_id for stop in state.route.stops]
+    return tuple(dict.fromkeys([*route, *photographed_tags(database, state.route.block)]))
+
+
+def tag_to_show(asked: int | None, state: WalkState, tags: tuple[int, ...]) -> int | None:
+    """Without one that is asked for, where the operator stands, else the route's last one."""
+    stops = state.route.stops
+    if asked is not None or state.tag_id is not None:
+        return state.tag_id if asked is None else asked
+    return stops[-1].tag_id if stops else next(iter(tags), None)
