@@ -109,7 +109,7 @@ def _imputed(
     rates = np.full(weights.shape, _FALLEN)
     shares = weights[:, grown] / weights[:, grown].sum(axis=1, keepdims=True)
     rates[:, grown] = drawn_rates(rng, distribution, likelihood, shares, grid)
-    anything = np.ones((int(unknown.sum()), grid.size))
+    anything = np.ones((int(unknown.sum()), grid.size), np.float32)
     none = np.zeros((len(weights), len(anything)))
     rates[:, unknown] = drawn_rates(rng, distribution, anything, none, grid)
     share_fallen = _share_fallen(followed, weights)[:, None]
