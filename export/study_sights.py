@@ -1,7 +1,7 @@
 """How much of a fallen fruitlet the study's pictures would show if it still hung there.
 
-A picture that would not show it cannot tell that it fell. The fruitlet is put back where the
-simulator would have hung it that day, and rays are cast from the front of it to the camera.
+A picture that would not show it cannot tell that it fell. Fallen fruitlets are put back where
+the simulator would have hung them that day, and rays are cast from their fronts to the camera.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from export.study_captures import VIEWS, Job, write_document
 from fieldcam.simulator import Faults
 from fieldcam.simulator.capture import aim
 from fieldcam.simulator.mesh import F32
-from fieldcam.simulator.plan import ClusterPlan
 from fieldcam.simulator.scene import build_scene
 
 POINTS = 200
@@ -41,20 +40,14 @@ def _looked_for(job: Job, view: int) -> dict[str, float]:
     if not fallen:
         return {}
     renderer = aim(block, job.cluster, job.day, view, Faults()).renderer
+    whole = replace(plan, fruitlets=tuple(replace(f, falls_on_day=inf) for f in plan.fruitlets))
     found = {}
-    for id_ in fallen:
-        center, radius_mm = _place(plan, id_, job.day)
-        front = _front(renderer.pose.apply(center), radius_mm)
-        found[str(id_)] = round(float(renderer.seen_from(front, 0.0).mean()), 3)
+    for fruitlet in build_scene(whole, job.day).fruitlets:
+        if fruitlet.id in fallen:
+            center = renderer.pose.apply(fruitlet.center_mm)
+            front = _front(center, fruitlet.diameter_mm / 2)
+            found[str(fruitlet.id)] = round(float(renderer.seen_from(front, 0.0).mean()), 3)
     return found
-
-
-def _place(plan: ClusterPlan, id_: int, day: float) -> tuple[F32, float]:
-    """In the scene's frame, and its radius, as if it alone had not fallen."""
-    hung = tuple(replace(f, falls_on_day=inf) if f.id == id_ else f for f in plan.fruitlets)
-    scene = build_scene(replace(plan, fruitlets=hung), day)
-    own = next(f for f in scene.fruitlets if f.id == id_)
-    return own.center_mm, own.diameter_mm / 2
 
 
 def _front(center_mm: F32, radius_mm: float) -> F32:
