@@ -56,9 +56,13 @@ def test_a_fruitlet_is_picked_by_key_and_measured(at_tag: AtTag) -> None:
         await driven.tell(at_tag.state)
         await driven.press("v", "down", "down", "c")
         assert "Fruitlet C by caliper:" in driven.text
-        await driven.press(*"9,25", "enter", *"fl3", "enter")
-        await driven.press("down", "c", "enter", *"fl4", "enter")
-        await driven.press("c", *"9.x", "enter", "enter")
+        await driven.type("9,25")
+        await driven.type("fl3")
+        await driven.press("down", "c", "enter")
+        await driven.type("fl4")
+        await driven.press("c")
+        await driven.type("9.x")
+        await driven.press("enter")
         assert "9.x is no number." in driven.text
         await driven.press("escape")
         assert not driven.app.screen.query(Input)

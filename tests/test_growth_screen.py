@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
+import re
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from datetime import timedelta
@@ -12,6 +15,7 @@ from made_readings import TAG, made_fruitlet, made_reading
 from made_tracks import tracked_by_id
 from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import FIRST_DAY, MadeWalk, small_store
+from textual.widgets import OptionList
 
 from fieldcam.growth.places import Association, SizeRule, Track
 from fieldcam.session.block_growth import block_outlook, crop_plan, known_clusters
@@ -22,7 +26,7 @@ from fieldcam.store.judgement_rows import Action, Decision
 from fieldcam.store.orchard_rows import BlockSetting, Setting, Spray
 from fieldcam.store.readings import reading_row
 from fieldcam.store.space import Space
-from fieldcam.tui.growth_words import gauge
+from fieldcam.tui.growth_words import gauge, more_line
 from fieldcam.tui.looks import Look, Pictures
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
@@ -114,12 +118,20 @@ def test_targets_and_their_verdicts(grown: Grown) -> None:
 
 
 def test_size_order_far_away_is_warned_of(grown: Grown) -> None:
+    set_up(grown.made, bloom=40, target=70)
+
     async def script(driven: Driven) -> None:
         await driven.tell(grown.state)
         await driven.press("b", "g")
-        for _ in range(8):
+        pages = [driven.text]
+        assert re.search("PgDn: [0-9]+ more lines below", pages[0])
+        while "PgDn" in pages[-1] and len(pages) < 12:
             await driven.press("pagedown")
-        assert "Matched by size order alone" in " ".join(driven.text.split())
+            pages.append(driven.text)
+        assert "PgUp: back up" in pages[-1] and "PgDn" not in pages[-1]
+        assert "Matched by size order alone" in " ".join(pages[-1].split())
+        await driven.press(*["pageup"] * len(pages))
+        assert "Visit by visit" in driven.text
 
     drive(SMALL, script)
 
@@ -164,8 +176,66 @@ def test_only_what_changed_is_followed_again(grown: Grown, monkeypatch: pytest.M
         grow(grown.made, 12, 8)
         await driven.tell(grown.state)
         assert followed == [12, 12]
+        followed.clear()
+        await driven.press("g", "g")
+        assert "will stay" in driven.text and followed == []
 
     drive(SMALL, script)
+
+
+def test_a_cluster_of_the_list_is_opened(grown: Grown) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(grown.state)
+        await driven.press("b", "g")
+        listed = driven.app.screen.query_one(OptionList)
+        tags = [listed.get_option_at_index(n).id for n in range(listed.option_count)]
+        assert sorted(map(str, tags)) == ["11", "12", "21", "22"]
+        await driven.press("down", "enter")
+        assert driven.text.startswith(" SIMULATED  Cluster") and f"Tag {tags[1]} " in driven.text
+        await driven.press("t")
+        assert f"Tag {tags[1]} " in driven.text
+
+    drive(SMALL, script)
+
+
+def test_how_far_the_following_is(grown: Grown, monkeypatch: pytest.MonkeyPatch) -> None:
+    reached, go_on = threading.Event(), threading.Event()
+
+    def waiting(
+        cluster: FollowedCluster, method: Association, size_rule: SizeRule
+    ) -> tuple[Track, ...]:
+        if cluster.tag_id == 21:
+            reached.set()
+            assert go_on.wait(10)
+        return tracked_by_id(cluster)
+
+    monkeypatch.setattr("fieldcam.session.block_growth.tracks_of", waiting)
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(grown.state)
+        try:
+            await driven.pilot.press("b", "g")
+            await asyncio.to_thread(reached.wait, 10)
+            await driven.pilot.pause()
+            assert "Following clusters from day to day, 2 of 4." in driven.text
+            # Keys answer meanwhile.
+            await driven.pilot.press("question_mark")
+            assert "take the picture" in driven.text
+        finally:
+            go_on.set()
+        await driven.press("escape")
+        assert "will stay" in driven.text
+
+    drive(SMALL, script)
+
+
+def test_what_is_below_or_above_is_said() -> None:
+    assert [more_line(*lines) for lines in ((0, 0), (1, 0), (12, 3), (0, 3))] == [
+        "",
+        "PgDn: 1 more line below",
+        "PgDn: 12 more lines below",
+        "PgUp: back up",
+    ]
 
 
 def test_without_colours_it_says_the_same(grown: Grown) -> None:

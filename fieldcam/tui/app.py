@@ -33,7 +33,7 @@ from fieldcam.tui.cluster_screen import ClusterScreen
 from fieldcam.tui.device_screen import DeviceScreen
 from fieldcam.tui.ending import EndableApp
 from fieldcam.tui.forms import AskForm, Field
-from fieldcam.tui.growth_screen import GrowthScreen
+from fieldcam.tui.growth_screen import GrowthScreen, KnownBlocks
 from fieldcam.tui.help_screen import HelpScreen
 from fieldcam.tui.learning import LearnKey
 from fieldcam.tui.log_screen import LogScreen
@@ -122,6 +122,8 @@ class FieldcamApp(EndableApp[None]):
         self.walk: Walk | None = None
         self.state: WalkState | None = None
         self.automatic = Automatic()
+        self._known: KnownBlocks = {}
+        """What the Growth screen has followed so far."""
         self._doubted: tuple[AskYes, Subject] | None = None
         """The question that is open, and what it is about."""
         self._tricks = tuple(tricks)
@@ -210,7 +212,7 @@ class FieldcamApp(EndableApp[None]):
         self._open(BlockScreen)
 
     def action_growth(self) -> None:
-        self._open(GrowthScreen)
+        self._open(lambda walk, state: GrowthScreen(walk, state, self._known))
 
     def action_device(self) -> None:
         self._open(lambda walk, state: DeviceScreen(walk, state, self._models))

@@ -10,9 +10,10 @@ from typing import ClassVar
 from sqlite_utils import Database
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal
+from textual.containers import Horizontal, Vertical
 from textual.events import Resize
-from textual.widgets import Static
+from textual.widgets import OptionList, Static
+from textual.widgets.option_list import Option
 from textual.worker import get_current_worker
 
 from fieldcam.errors import BadInput
@@ -24,8 +25,10 @@ from fieldcam.session.state import WalkState
 from fieldcam.store.rows import EntryId
 from fieldcam.tui.days_view import Past
 from fieldcam.tui.growth_words import (
+    WITHOUT,
     cluster_lines,
     heading,
+    more_line,
     number_lines,
     told_lines,
     verdict_lines,
@@ -33,9 +36,10 @@ from fieldcam.tui.growth_words import (
 from fieldcam.tui.messages import LookedUp
 from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
-from fieldcam.words import number_of
 
-FOLLOWING = "Following the fruitlets from day to day"
+KnownBlocks = dict[EntryId, dict[int, KnownCluster]]
+"""Clusters that were followed, by block and tag."""
+FOLLOWING = "Following clusters from day to day"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,16 +57,16 @@ class GrowthScreen(Page):
     TITLE = "Growth"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape,g", "app.block", "Back"),
-        Binding("up", "scroll('#clusters', -1)", "Clusters above", show=False),
-        Binding("down", "scroll('#clusters', 1)", "Clusters below", show=False),
-        Binding("pageup", "scroll('#told', -1)", "Earlier words", show=False),
-        Binding("pagedown", "scroll('#told', 1)", "Later words", show=False),
+        # Before the list of clusters, which has the focus, takes them for itself.
+        Binding("pageup", "scroll(-1)", "Earlier words", show=False, priority=True),
+        Binding("pagedown", "scroll(1)", "Later words", show=False, priority=True),
     ]
 
-    def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
+    def __init__(self, walk: Walk, state: WalkState | None, known: KnownBlocks) -> None:
+        """`known` outlives the screen, and is added to: following takes long."""
         super().__init__(walk, state)
+        self._blocks = known
         self._block: EntryId | None = None
-        self._known: dict[int, KnownCluster] = {}
         self._growth: Outlook | None = None
         """The last one, to be drawn in another width."""
 
@@ -71,18 +75,29 @@ class GrowthScreen(Page):
         yield Static(id="verdict", markup=False)
         yield Static(id="numbers", markup=False)
         with Horizontal(id="rest"):
-            with Past(id="told"):
-                yield Static(id="told-lines", markup=False)
-            with Past(id="clusters"):
-                yield Static(id="cluster-lines", markup=False)
+            with Vertical(id="words"):
+                with Past(id="told"):
+                    yield Static(id="told-lines", markup=False)
+                yield Static(id="more", markup=False)
+            with Vertical(id="influence"):
+                yield Static(WITHOUT, id="without", markup=False)
+                yield Static(id="columns", markup=False)
+                yield OptionList(id="clusters", markup=False, compact=True)
         yield Static(id="said", markup=False)
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        self.query_one("#influence").display = False
+        for part in ("scroll_y", "virtual_size"):
+            self.watch(self.query_one("#told"), part, self._say_more)
 
     def show(self, state: WalkState) -> None:
         super().show(state)
         block = state.route.block
         if block != self._block:
-            self._block, self._known, self._growth = block, {}, None
-        self.look_up(state.folder, partial(self._read, block, {**self._known}), self._found)
+            self._block, self._growth = block, None
+        known = {**self._blocks.setdefault(block, {})}
+        self.look_up(state.folder, partial(self._read, block, known), self._found)
 
     def on_resize(self, event: Resize) -> None:
         super().on_resize(event)
@@ -94,8 +109,13 @@ class GrowthScreen(Page):
         line.update(told.sentence)
         line.set_class(told.bad, "-bad")
 
-    def action_scroll(self, part: str, by: int) -> None:
-        past = self.query_one(part, Past)
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        if event.option_id is not None:
+            self.looks_at = int(event.option_id)
+            self.call_later(self.run_action, "app.cluster")
+
+    def action_scroll(self, by: int) -> None:
+        past = self.query_one("#told", Past)
         past.scroll_relative(y=by * max(1, past.size.height - 1), animate=False)
 
     def _read(
@@ -118,11 +138,10 @@ class GrowthScreen(Page):
 
     def _learned(self, block: EntryId, cluster: KnownCluster, done: int, clusters: int) -> None:
         """Kept at once, since news of the walk begins the whole anew."""
-        if block == self._block:
-            self._known[cluster.rows.tag_id] = cluster
-            line = f"{FOLLOWING}: {done} of {number_of(clusters, 'cluster')}"
-            if self._growth is None:
-                self.query_one("#heading", Static).update(line)
+        self._blocks[block][cluster.rows.tag_id] = cluster
+        if block == self._block and self._growth is None:
+            line = f"{FOLLOWING}, {done} of {clusters}."
+            self.query_one("#heading", Static).update(line)
 
     def _found(self, grown: Grown) -> None:
         self._growth = grown.growth
@@ -131,8 +150,9 @@ class GrowthScreen(Page):
             return
         self.query_one("#heading", Static).update("No forecast yet")
         self.query_one("#verdict", Static).update(grown.problem)
-        for part in ("#numbers", "#told-lines", "#cluster-lines"):
+        for part in ("#numbers", "#told-lines"):
             self.query_one(part, Static).update()
+        self.query_one("#influence").display = False
 
     def _write(self, growth: Outlook) -> None:
         width = self.size.width - 2
@@ -141,7 +161,26 @@ class GrowthScreen(Page):
             "#verdict": verdict_lines(growth, width),
             "#numbers": number_lines(growth),
             "#told-lines": told_lines(growth),
-            "#cluster-lines": cluster_lines(growth.clusters),
         }
         for part, lines in parts.items():
             self.query_one(part, Static).update("\n".join(lines))
+        self._list_clusters(growth)
+
+    def _list_clusters(self, growth: Outlook) -> None:
+        columns, *lines = cluster_lines(growth.found.set_pct, growth.clusters)
+        self.query_one("#columns", Static).update(columns)
+        listed = self.query_one("#clusters", OptionList)
+        chosen = listed.highlighted or 0
+        listed.clear_options()
+        listed.add_options(
+            Option(line, str(each.tag_id))
+            for line, each in zip(lines, growth.clusters, strict=True)
+        )
+        self.query_one("#influence").display = True
+        listed.highlighted = min(chosen, len(lines) - 1)
+        listed.focus()
+
+    def _say_more(self) -> None:
+        told = self.query_one("#told", Past)
+        above = round(told.scroll_y)
+        self.query_one("#more", Static).update(more_line(told.max_scroll_y - above, above))

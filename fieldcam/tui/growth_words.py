@@ -14,7 +14,8 @@ from fieldcam.words import number_of
 NO_BLOOM = "Count bloom clusters (E) to see fruit per tree."
 LONGEST_TREE = 6
 """Letters of a tree's label that fit."""
-CLUSTERS = ("tag", "tree", "first", "stay", "fall", "points")
+CLUSTERS = ("tag", "tree", "first", "stay", "fall", "without")
+WITHOUT = "without: what the forecast would be without that tag. Enter: its pictures."
 
 
 def heading(growth: Outlook) -> str:
@@ -46,16 +47,21 @@ def verdict_lines(growth: Outlook, width: int) -> Iterator[str]:
 def number_lines(growth: Outlook) -> Iterator[str]:
     """What the prediction is made of."""
     found, counts, reference = growth.found, growth.found.counts, growth.found.reference
+    fallen = f" ({counts.fallen} of them already)" if counts.fallen else ""
+    left_out = f"; {counts.not_seen} not seen, left out" if counts.not_seen else ""
     yield (
-        f"Of {counts.initial} fruitlets {counts.persist} stay, {counts.abscise} fall"
-        f" ({counts.fallen} have fallen); {counts.not_seen} not seen, left out"
+        f"Of {number_of(counts.initial, 'fruitlet')} {counts.persist} stay,"
+        f" {counts.abscise} fall{fallen}{left_out}"
     )
     yield (
         f"The {reference.n} fastest grew {reference.rate_mm_per_day:.2f} mm a day;"
         f" what grows above {reference.cutoff_mm_per_day:.2f} stays"
     )
     apart = growth.by_size_order.set_pct - found.set_pct
-    yield f"By size order alone {growth.by_size_order.set_pct:.0f} % ({apart:+.0f} points)"
+    yield (
+        f"Matched by the order of sizes alone {growth.by_size_order.set_pct:.0f} % would stay"
+        f" ({apart:+.0f} points)"
+    )
 
 
 def told_lines(growth: Outlook) -> Iterator[str]:
@@ -68,9 +74,9 @@ def told_lines(growth: Outlook) -> Iterator[str]:
     yield from (f"! {each.text}" for each in growth.warnings)
 
 
-def cluster_lines(clusters: Sequence[ClusterInfluence]) -> Iterator[str]:
-    """Which clusters drive the prediction: by how many points each moves it."""
-    table = [CLUSTERS, *(_cluster(each) for each in clusters)]
+def cluster_lines(set_pct: float, clusters: Sequence[ClusterInfluence]) -> Iterator[str]:
+    """The heading of a table, then a line for each cluster: which drive the prediction."""
+    table = [CLUSTERS, *(_cluster(set_pct, each) for each in clusters)]
     widths = [max(len(row[n]) for row in table) for n in range(len(CLUSTERS))]
     for row in table:
         yield " ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
@@ -101,11 +107,18 @@ def _against(crop: CropForecast) -> str:
     return f": {crop.against_target}"
 
 
-def _cluster(each: ClusterInfluence) -> tuple[str, ...]:
+def more_line(lines_below: int, lines_above: int) -> str:
+    """That not all of the words are in view."""
+    if lines_below > 0:
+        return f"PgDn: {number_of(lines_below, 'more line')} below"
+    return "PgUp: back up" if lines_above > 0 else ""
+
+
+def _cluster(set_pct: float, each: ClusterInfluence) -> tuple[str, ...]:
     counts = each.counts
     return (
         str(each.tag_id),
         (each.tree or "")[:LONGEST_TREE],
         *(str(n) for n in (counts.initial, counts.persist, counts.abscise)),
-        f"{each.influence_points:+.1f}",
+        f"{set_pct - each.influence_points:.0f} %",
     )
