@@ -11,11 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_clusters import Pose, Sphere, made_view, made_visit, ring
 from paper_association import associate
+from scipy.spatial.transform import Rotation
 
 from fieldcam.growth.association.geometry import match_by_geometry
 from fieldcam.growth.association.joining import join
 from fieldcam.growth.association.paper import match_by_paper
 from fieldcam.growth.association.points import points_of
+from fieldcam.growth.association.poses import turn_vectors
 from fieldcam.growth.association.size_order import match_by_size_order
 from fieldcam.growth.places import Association, ClusterVisit, Place, SizeRule, Track, Word
 from fieldcam.growth.records import Presence
@@ -235,3 +237,16 @@ def test_joined_groups_hold_every_sighting_once_and_no_picture_twice(
     picture = np.repeat(np.arange(len(counts)), counts)
     assert sorted(k for g in groups for k in g) == list(range(sum(counts)))
     assert all(len({int(picture[k]) for k in g}) == len(g) for g in groups)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(st.tuples(*[st.floats(-1, 1)] * 3), min_size=1, max_size=5),
+    st.sampled_from([0.0, 1e-12, 1e-3, 1.0, 3.0, np.pi - 1e-6, np.pi]),
+)
+def test_turns_are_those_of_scipy(axes: list[tuple[float, float, float]], angle_rad: float) -> None:
+    axis = np.array(axes)
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    turned = Rotation.from_rotvec(angle_rad * axis / np.maximum(length, 1e-3)).as_matrix()
+    again = Rotation.from_rotvec(turn_vectors(turned)).as_matrix()
+    np.testing.assert_allclose(again, turned, atol=1e-7)

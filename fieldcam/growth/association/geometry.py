@@ -56,8 +56,9 @@ class _Ways:
             matches, chosen = np.unique(matches, axis=0, return_index=True)
             poses, log_likelihood = self._fit(poses.of(chosen), matches)
         best = np.argsort(-log_likelihood)[:VARIED]
-        source = np.concatenate([np.full(len(v), k) for k, v in self._variants(matches, best)])
-        more = np.concatenate([v for _, v in self._variants(matches, best)])
+        variants = self._variants(matches, best)
+        source = np.concatenate([np.full(len(v), k) for k, v in variants])
+        more = np.concatenate([v for _, v in variants])
         _, likely = self._fit(poses.of(source), more)
         everything, chosen = np.unique(np.concatenate([matches, more]), axis=0, return_index=True)
         return everything, softmax(np.concatenate([log_likelihood, likely])[chosen])
