@@ -12,6 +12,7 @@ from stored_walks import FIRST_DAY, MadeWalk, small_store
 from textual.widgets import Input
 
 from fieldcam.growth.agreement import Agreement
+from fieldcam.session.events import Done
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.fruit_rows import CaliperIdentity, CaliperSize
@@ -76,10 +77,14 @@ def test_a_fruitlet_is_picked_by_key_and_measured(at_tag: AtTag) -> None:
 def test_without_a_picture_there_is_nothing_to_measure(at_tag: AtTag) -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(replace(at_tag.state, tag_id=12))
-        await driven.press("v", "c")
-        assert not driven.app.screen.query(Input)
+        await driven.press("v")
+        for key in ("c", "m", "k", "left"):
+            await driven.tell(Done("Something else."))
+            await driven.press(key)
+            assert driven.text.count("There is no picture of this cluster yet.") == 2
+            assert not driven.app.screen.query(Input)
 
-    drive(SMALL, script)
+    assert drive(SMALL, script).walk.asked == []
 
 
 def test_names_sizes_and_agreement_are_shown(at_tag: AtTag) -> None:

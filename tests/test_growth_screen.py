@@ -194,6 +194,8 @@ def test_a_cluster_of_the_list_is_opened(grown: Grown) -> None:
         assert driven.text.startswith(" SIMULATED  Cluster") and f"Tag {tags[1]} " in driven.text
         await driven.press("t")
         assert f"Tag {tags[1]} " in driven.text
+        await driven.press("g")
+        assert "will stay" in driven.text
 
     drive(SMALL, script)
 

@@ -82,7 +82,10 @@ def test_one_key_says_who_a_fruitlet_is(walked: Walked) -> None:
         await driven.tell(walked.state)
         await driven.press("v", "t", "2", "down", "0", "up", "up", "3", "5")
         assert "not one of each picture" in driven.text
-        await driven.press("9", "0", "u")
+        await driven.press("9", "0", "u", "s")
+        assert "There are no other pictures of these days." in driven.text
+        await driven.press("left")
+        assert "This cluster has no pictures of other days." in driven.text
 
     one, other = walked.one, walked.other
     assert drive(SMALL, script).walk.asked == [

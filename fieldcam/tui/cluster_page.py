@@ -14,9 +14,10 @@ from fieldcam.tui.page import Page
 
 NO_CLUSTERS = "This block has no clusters yet."
 
-OTHER_TAGS = (
+ONWARD = (
     Binding("n", "other_tag(1)", "Tag", key_display="n/p"),
     Binding("p", "other_tag(-1)", "Tag before", show=False),
+    Binding("g", "app.growth", "Growth", show=False),
 )
 """To stand among the keys of each screen."""
 

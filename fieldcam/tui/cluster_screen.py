@@ -25,15 +25,20 @@ from fieldcam.store.rows import EntryId
 from fieldcam.store.said import Word, said
 from fieldcam.tui import answers
 from fieldcam.tui.asking import AskText
-from fieldcam.tui.cluster_page import NO_CLUSTERS, OTHER_TAGS, ClusterPage, block_tags, tag_to_show
+from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage, block_tags, tag_to_show
 from fieldcam.tui.days_view import DaysView, Past
 from fieldcam.tui.forms import AskForm, Field
 from fieldcam.tui.fruit_words import Called, agreement_line, called
 from fieldcam.tui.history_words import picture_heading, picture_line, word_line
+from fieldcam.tui.news import News
 from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.sketch import Still
 from fieldcam.words import letter_of, number_of
+
+NO_PICTURE = "There is no picture of this cluster yet."
+NO_OTHER = "There is no other picture of this cluster."
+NO_FRUITLET = "No fruitlet of this cluster was found in this picture."
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +70,7 @@ class ClusterScreen(ClusterPage):
         Binding("escape,v", "app.pop_screen", "Back"),
         Binding("left", "browse(-1)", "Picture", key_display="←→"),
         Binding("right", "browse(1)", "Later picture", show=False),
-        *OTHER_TAGS,
+        *ONWARD,
         Binding("up", "choose(-1)", "Fruitlet above", show=False),
         Binding("down", "choose(1)", "Fruitlet below", show=False),
         Binding("k", "king", "King", show=False),
@@ -103,7 +108,8 @@ class ClusterScreen(ClusterPage):
     def action_browse(self, by: int) -> None:
         pictures = () if self._history is None else self._history.pictures
         ids = [picture.id for picture in pictures]
-        if not ids:
+        if len(ids) < 2:
+            self.hear(News(NO_OTHER if ids else NO_PICTURE))
             return
         here = ids.index(self._picture) if self._picture in ids else len(ids) - 1
         self._picture = ids[(here + by) % len(ids)]
@@ -118,13 +124,13 @@ class ClusterScreen(ClusterPage):
         self._point()
 
     def action_king(self) -> None:
-        shown, fruitlet = self._shown, self.query_one(SizesView).chosen
-        if shown is not None and fruitlet is not None:
-            self.walk.king(shown.id, fruitlet)
+        if (found := self._chosen()) is not None:
+            self.walk.king(found[0].id, found[1])
 
     def action_add_by_hand(self) -> None:
         shown = self._shown
         if shown is None:
+            self.hear(News(NO_PICTURE))
             return
 
         def measured(text: str | None) -> None:
@@ -134,9 +140,9 @@ class ClusterScreen(ClusterPage):
         self.app.push_screen(AskText("Its diameter in mm, by caliper:", "number"), measured)
 
     def action_caliper(self) -> None:
-        shown, fruitlet = self._shown, self.query_one(SizesView).chosen
-        if shown is None or fruitlet is None or self._history is None:
+        if (found := self._chosen()) is None or self._history is None:
             return
+        shown, fruitlet = found
         known = self._history.names.get(fruitlet)
 
         def measured(answer: tuple[float | None, str] | None) -> None:
@@ -160,6 +166,14 @@ class ClusterScreen(ClusterPage):
         shown, chosen = self._shown, self.query_one(SizesView).chosen
         sketch = None if shown is None else Still(shown, chosen, lettered=True)
         self.query_one(PictureView).draw(sketch)
+
+    def _chosen(self) -> tuple[Shown, int] | None:
+        """The picture and the fruitlet that stands out in it; says so where there is none."""
+        shown, fruitlet = self._shown, self.query_one(SizesView).chosen
+        if shown is not None and fruitlet is not None:
+            return shown, fruitlet
+        self.hear(News(NO_PICTURE if shown is None else NO_FRUITLET))
+        return None
 
     @property
     def _shown(self) -> Shown | None:
@@ -225,7 +239,7 @@ class ClusterScreen(ClusterPage):
         measured = agreement_line(history.agreement)
         self.query_one("#agreement", Static).update(measured)
         self.query_one("#agreement").display = bool(measured)
-        caption = "" if self.tag_id is None else "There is no picture of this cluster yet."
+        caption = "" if self.tag_id is None else NO_PICTURE
         if shown is not None:
             caption = picture_line(shown.record, places[shown.id], len(places))
         self.query_one("#caption", Static).update(caption)

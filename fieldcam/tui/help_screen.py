@@ -24,7 +24,7 @@ B       block: sizes, missing    I       device (R: again), camera, disk
 L       log                      D       day or night colours
 Ctrl+P  all commands             Q       end the walk; Ctrl+Q anywhere
 On Cluster: left, right pictures; N, P tags; C > by caliper; T two days;
-K > king; M one by hand; PgUp, PgDn words. On Block: G growth.
+K > king; M one by hand; PgUp, PgDn words; G growth, on Block too.
 
 Walk on once a picture is saved; it is read meanwhile. CONFIRM asks why
 there are fewer fruitlets than last visit: F or H answers it.

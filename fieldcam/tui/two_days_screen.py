@@ -18,7 +18,7 @@ from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import shown_picture
 from fieldcam.store.history import capture_record
 from fieldcam.store.objects import Objects
-from fieldcam.tui.cluster_page import NO_CLUSTERS, OTHER_TAGS, ClusterPage, block_tags, tag_to_show
+from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage, block_tags, tag_to_show
 from fieldcam.tui.days_view import Past
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.news import News
@@ -30,6 +30,8 @@ from fieldcam.tui.picture_view import PictureView, picture_view
 LOOKING = "Looking for each fruitlet on the other days."
 TOO_FEW = "There are no two accepted pictures of this cluster to compare yet."
 HINT = "1-9: the chosen one (>) is this one on the other side; 0: it is not there."
+NO_OTHER_DAYS = "This cluster has no pictures of other days."
+NO_OTHER_VIEWS = "There are no other pictures of these days."
 NOTHING = "These two are not one of each picture."
 TALL = 36
 """Rows of the window from which on the table gets more room."""
@@ -57,7 +59,7 @@ class TwoDaysScreen(ClusterPage):
         Binding("escape,t,v", "app.cluster", "Back"),
         Binding("left", "browse(-1)", "Days", key_display="←→"),
         Binding("right", "browse(1)", "Later days", show=False),
-        *OTHER_TAGS,
+        *ONWARD,
         Binding("s", "other_views", "Views"),
         Binding("up", "choose(-1)", "Fruitlet above", show=False),
         Binding("down", "choose(1)", "Fruitlet below", show=False),
@@ -108,15 +110,19 @@ class TwoDaysScreen(ClusterPage):
 
     def action_browse(self, by: int) -> None:
         groups = () if self._followed is None else self._followed.groups
-        if groups:
+        if len(groups) > 1:
             self._group, self._pair = (self._group + by) % len(groups), 0
             self._write()
+        elif groups:
+            self.hear(News(NO_OTHER_DAYS))
 
     def action_other_views(self) -> None:
         """The pairs of other pictures of the two days."""
-        if self._pairs:
+        if len(self._pairs) > 1:
             self._pair = (self._pair + 1) % len(self._pairs)
             self._write()
+        elif self._pairs:
+            self.hear(News(NO_OTHER_VIEWS))
 
     def action_choose(self, by: int) -> None:
         if rows := self._rows:
