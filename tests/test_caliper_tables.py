@@ -135,6 +135,11 @@ def test_the_authors_workbook(tmp_path: Path) -> None:
     assert "Sheets that are not named as a date were left out: notes." in found.notes
 
 
+def test_a_fruit_of_the_authors_has_one_name_in_all_shapes(tmp_path: Path) -> None:
+    rows = "cluster,fruit,diam.2026-05-10\n17,fl1,8.5\n17,FL 02,7\n17,3.0,9\n17,king,9.5\n"
+    assert {fruit for _, fruit in sizes(read(tmp_path, rows).record)} == {"1", "2", "3", "king"}
+
+
 BAD_SHEETS: dict[str, tuple[dict[str, list[tuple[object, ...]]], str]] = {
     "no dates": ({"may": [HEADING]}, "No sheet of gala.xlsx is named as a date"),
     "no fruit": ({"2026-05-10": [("tag", "a")]}, "gala.xlsx, sheet 2026-05-10: it needs"),

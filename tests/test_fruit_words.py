@@ -52,36 +52,36 @@ def test_fruitlets_are_named_and_measured(walk: Walked) -> None:
         done, _ = walk.after(partial(name, fruitlet, fruit, size), Done)
         said.append(done.sentence)
     assert said == [
-        "Fruitlet A is called fl 3, 9.25 mm by caliper.",
+        "Fruitlet A is called 3, 9.25 mm by caliper.",
         "Fruitlet B is called 1, 8.50 mm by caliper.",
         "Fruitlet C is called 2.",
     ]
     database = walk.made.store.database
-    assert names_in(database, reading) == {0: "fl 3", 1: "1", 2: "2"}
-    assert sizes(walk) == [(11, "1", 8.5), (11, "fl 3", 9.25)]
+    assert names_in(database, reading) == {0: "3", 1: "1", 2: "2"}
+    assert sizes(walk) == [(11, "1", 8.5), (11, "3", 9.25)]
     undone, _ = walk.after(walk.live.undo, Done)
     assert undone.sentence == "Undone: the fruit's name on tag 11."
     undone, _ = walk.after(walk.live.undo, Done)
     assert undone.sentence == "Undone: the fruit's name and the caliper size on tag 11."
-    assert names_in(database, reading) == {0: "fl 3"}
+    assert names_in(database, reading) == {0: "3"}
     again, _ = walk.after(partial(name, 0, "", 9.5), Done)
-    assert again.sentence == "Fruitlet A is called fl 3, 9.50 mm by caliper."
-    assert sizes(walk) == [(11, "fl 3", 9.5)]
+    assert again.sentence == "Fruitlet A is called 3, 9.50 mm by caliper."
+    assert sizes(walk) == [(11, "3", 9.5)]
 
 
 def test_a_name_of_another_fruitlet_is_asked_about(walk: Walked) -> None:
     shown, reading = shoot(walk)
     name, database = partial(walk.live.name_fruit, shown.id), walk.made.store.database
     walk.after(partial(name, 0, "fl3", 9.25), Done)
-    doubt, _ = walk.after(partial(name, 1, " fl3", 8.5), Doubted)
-    assert doubt.sentence == "A is called fl3 already. Is it B that is, and A not?"
-    assert names_in(database, reading) == {0: "fl3"} and sizes(walk) == [(11, "fl3", 9.25)]
+    doubt, _ = walk.after(partial(name, 1, " 3", 8.5), Doubted)
+    assert doubt.sentence == "A is called 3 already. Is it B that is, and A not?"
+    assert names_in(database, reading) == {0: "3"} and sizes(walk) == [(11, "3", 9.25)]
     walk.after(doubt.insist, Done)
-    assert names_in(database, reading) == {1: "fl3"} and sizes(walk) == [(11, "fl3", 8.5)]
+    assert names_in(database, reading) == {1: "3"} and sizes(walk) == [(11, "3", 8.5)]
     # Another view of the day shows the same fruit again.
     other, again = second_view(walk)
     walk.after(partial(walk.live.name_fruit, other.id, 0, "fl3", None), Done)
-    assert names_in(database, again) == {0: "fl3"}
+    assert names_in(database, again) == {0: "3"}
 
 
 def test_what_makes_no_sense_is_refused(walk: Walked) -> None:

@@ -10,7 +10,7 @@ from fieldcam.errors import BadInput
 from fieldcam.exchange.caliper_cells import day_of, diameter_of, is_day, label_of, whole_of
 from fieldcam.exchange.caliper_sizes import CaliperSize
 from fieldcam.exchange.caliper_tables import Table, TableRow
-from fieldcam.growth.records import Presence, Source
+from fieldcam.growth.records import Presence, Source, fruit_name
 from fieldcam.words import number_of
 
 CLUSTER = ("cluster", "tag", "tag_id")
@@ -19,7 +19,7 @@ DIAMETER = ("diameter_mm", "diameter", "diam_mm", "diam", "size_mm")
 _IN_CM = ("diameter_cm", "diam_cm", "size_cm")
 DIAM, STATE, MEASURED_BY = "diam.", "state.", "measured_by"
 _WIDE = re.compile(r"diam(?:eter)?(?:_mm)?[._]?(.+)")
-_OF_AUTHORS = re.compile(r"fl[._]?(\d+)")
+_OF_AUTHORS = re.compile(r"fl[._]?\d+")
 _SHAPES = (
     "Known are date,cluster,fruit,diameter_mm; tree,cluster,fruit,diam.2026-05-21 and so on;"
     " the same with diam.1 and so on and --dates."
@@ -48,7 +48,7 @@ def long_or_wide(table: Table, dates: Sequence[date]) -> Sizes:
 def of_authors(table: Table) -> Sizes:
     """Sizes of a sheet that is named as its date, with the columns tag, fl1 ... flN."""
     day = day_of(table.sheet, table.name)
-    fruits = {name: found[1] for name in table.columns if (found := _OF_AUTHORS.fullmatch(name))}
+    fruits = {name: fruit_name(name) for name in table.columns if _OF_AUTHORS.fullmatch(name)}
     cluster = _column(table, CLUSTER)
     if cluster is None or not fruits:
         raise BadInput(f"{table.name}: it needs the columns tag, fl1, fl2 and so on.")
@@ -59,7 +59,7 @@ def of_authors(table: Table) -> Sizes:
             raise BadInput(f"{row.place}: tag {tag} is in {places[tag]} already.")
         places[tag] = row.place.rpartition(", ")[2]
         for column, fruit in fruits.items():
-            yield _size(row, column, tag, str(int(fruit)), day)
+            yield _size(row, column, tag, fruit, day)
 
 
 def _long(table: Table) -> Sizes:
@@ -67,7 +67,7 @@ def _long(table: Table) -> Sizes:
     fruit = _column(table, FRUIT)
     for row in table.rows:
         tag = whole_of(row.cells[cluster], row.place, "cluster")
-        name = label_of(row.cells[fruit]) if fruit else ""
+        name = fruit_name(row.cells[fruit]) if fruit else ""
         yield _size(row, diameter, tag, name, day_of(row.cells["date"], row.cell_places["date"]))
 
 
@@ -80,7 +80,7 @@ def _wide(table: Table, days: Mapping[str, date]) -> Sizes:
     }
     for row in table.rows:
         tag = whole_of(row.cells[cluster], row.place, "cluster")
-        name = label_of(row.cells[fruit])
+        name = fruit_name(row.cells[fruit])
         if not name:
             raise BadInput(f"{row.place}: the fruit has no name.")
         for column, day in days.items():

@@ -5,6 +5,7 @@ Calipers and cameras both end here, so that the model knows only one kind of inp
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import date
@@ -49,6 +50,15 @@ class FruitletRecord:
     fruitlet: str
     """Its name in the cluster: "1", "2" ..., or what the caliper table calls it."""
     sightings: Mapping[date, Sighting]
+
+
+def fruit_name(written: str) -> str:
+    """One name for one fruit: `fl3` of the authors' workbooks, `3.0` of a spreadsheet and 3."""
+    number = _NUMBERED.fullmatch(written.strip())
+    return str(int(number[1])) if number else written.strip()
+
+
+_NUMBERED = re.compile(r"(?:fl[._ ]?)?(\d+)(?:\.0)?", re.ASCII | re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)

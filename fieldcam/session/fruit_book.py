@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import count
 
 from fieldcam.growth.places import Word
+from fieldcam.growth.records import fruit_name
 from fieldcam.session.book import MOST_MM
 from fieldcam.session.doubt import Doubtful, NotNow
 from fieldcam.session.growing import word_row
@@ -48,7 +49,8 @@ class FruitBook:
         if record.tag_id is None or record.day is None:
             raise NotNow("Which tag this picture shows is not known yet.")
         names = names_in(self.view.store.database, reading.id)
-        name = " ".join(fruit.split()) or names.get(fruitlet) or self._next_number(record.tag_id)
+        typed = fruit_name(" ".join(fruit.split()))
+        name = typed or names.get(fruitlet) or self._next_number(record.tag_id)
         if len(name) > LONGEST_NAME or not name.isprintable():
             raise NotNow(f"A fruit's name has at most {LONGEST_NAME} letters.")
         living = (seen.id for seen in reading.target if seen.living and seen.id != fruitlet)
