@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
 from statistics import mean
 
@@ -23,12 +25,15 @@ from fieldcam.growth.evaluation.evaluating import (
     aapd,
     score_readings,
 )
+from fieldcam.growth.evaluation.following import NO_FATES
 from fieldcam.growth.forecast import forecast
 from fieldcam.growth.places import Association
 from fieldcam.growth.records import BlockRecord
 from fieldcam.report.evaluation_page import evaluation_page
 
 ONLY_GEOMETRY = (Association.GEOMETRY,)
+OPERATOR = "RAFT and operator"
+"""The same readings, and at each tag the operator's count of what fell and what is hidden."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +63,7 @@ def evaluate(of: StudySet, clusters: int, views: int) -> SetResult:
     assert true_pct is not None  # every planned block grows
     readings = (
         _scored("RAFT", found, truth, tuple(Association)),
-        _scored("RAFT and operator", map(with_counts, found), truth, ONLY_GEOMETRY),
+        _scored(OPERATOR, map(with_counts, found), truth, ONLY_GEOMETRY),
         _scored("SGBM", study_clusters(of, "sgbm", views, clusters), truth, ONLY_GEOMETRY),
     )
     evaluation = Evaluation(of.name, persist_pct(truth.calipers), readings, simulated=True)
@@ -81,7 +86,7 @@ def sizing_table(results: Sequence[SetResult]) -> Iterator[str]:
     yield "| set | day | MAE mm | MAPE % | % sized | R2 | bias mm | limits of agreement mm |"
     yield "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |"
     for result in results:
-        for readings in result.evaluation.readings:
+        for readings in (r for r in result.evaluation.readings if r.name != OPERATOR):
             scores = [(f"{d:%d}", s) for d, s in readings.by_day.items()]
             days = [(str(DAYS[k] + 1), s) for k, (_, s) in enumerate(scores)]
             for day, score in [*days, ("all", readings.all_days)]:
@@ -105,9 +110,15 @@ def forecast_table(results: Sequence[SetResult]) -> Iterator[str]:
     yield _row("persist %, exact sizes", [f"{r.true_persist_pct:.1f}" for r in results])
     yield _row("persist %, calipers", [_number(r.evaluation.persist_pct, ".1f") for r in results])
     for k, readings in enumerate(results[0].evaluation.readings):
-        yield from _known_rows(results, k, readings.name)
+        if readings.name != OPERATOR:
+            yield from _known_rows(results, k, readings.name)
         for n, run in enumerate(readings.following):
-            yield from _followed_rows(results, k, n, f"{readings.name}, {run.method}")
+            name = f"{readings.name}, {run.method}"
+            if readings.name != OPERATOR:
+                yield from _association_rows(results, k, n, name)
+            if run.method is Association.GEOMETRY:
+                yield from _fate_rows(results, k, n, name)
+            yield from _end_to_end_rows(results, k, n, name)
 
 
 def _known_rows(results: Sequence[SetResult], k: int, name: str) -> Iterator[str]:
@@ -116,17 +127,32 @@ def _known_rows(results: Sequence[SetResult], k: int, name: str) -> Iterator[str
     yield _differences(f"{name}: KA AAPD", results, known)
 
 
-def _followed_rows(results: Sequence[SetResult], k: int, n: int, name: str) -> Iterator[str]:
-    runs: list[FollowingScore] = [r.evaluation.readings[k].following[n] for r in results]
-    yield _measure(f"{name}: precision %", [run.association.precision_pct for run in runs])
-    yield _measure(f"{name}: recall %", [run.association.recall_pct for run in runs])
-    if any(run.fates.right_pct is not None for run in runs):
-        yield _measure(f"{name}: fallen or not seen right %", [r.fates.right_pct for r in runs])
-    found = [run.persist_pct for run in runs]
+def _association_rows(results: Sequence[SetResult], k: int, n: int, name: str) -> Iterator[str]:
+    scores = [run.association for run in _runs(results, k, n)]
+    yield _measure(f"{name}: precision %", [score.precision_pct for score in scores])
+    yield _measure(f"{name}: recall %", [score.recall_pct for score in scores])
+
+
+def _fate_rows(results: Sequence[SetResult], k: int, n: int, name: str) -> Iterator[str]:
+    scores = [run.fates for run in _runs(results, k, n)]
+    whole = sum(scores, NO_FATES)
+    cells = [_number(score.right_pct, ".1f") for score in scores]
+    yield _row(f"{name}: fallen or not seen right %", cells, _number(whole.right_pct, ".1f"))
+    yield _row(f"{name}: of cases", [str(score.cases) for score in scores], str(whole.cases))
+    wrongly = [score.fallen_but_hangs for score in scores]
+    yield _row(f"{name}: hidden, called fallen", map(str, wrongly), str(sum(wrongly)))
+
+
+def _end_to_end_rows(results: Sequence[SetResult], k: int, n: int, name: str) -> Iterator[str]:
+    found = [run.persist_pct for run in _runs(results, k, n)]
     yield _row(f"{name}: E2E persist %", [_number(x, ".1f") for x in found])
     yield _differences(f"{name}: E2E AAPD", results, found)
     exact = [aapd(x, r.true_persist_pct) for x, r in zip(found, results, strict=True)]
     yield _measure(f"{name}: E2E off the truth", exact)
+
+
+def _runs(results: Sequence[SetResult], k: int, n: int) -> list[FollowingScore]:
+    return [result.evaluation.readings[k].following[n] for result in results]
 
 
 def _differences(name: str, results: Sequence[SetResult], found: Sequence[float | None]) -> str:
@@ -140,7 +166,7 @@ def _measure(name: str, values: Sequence[float | None]) -> str:
     return _row(name, [_number(v, ".1f") for v in values], last)
 
 
-def _row(name: str, cells: Sequence[str], last: str = "") -> str:
+def _row(name: str, cells: Iterable[str], last: str = "") -> str:
     return f"| {name} | " + " | ".join([*cells, last]) + " |"
 
 
@@ -152,9 +178,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--clusters", type=int, default=CLUSTERS)
     parser.add_argument("--views", type=int, default=VIEWS)
+    parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
-    results = [evaluate(of, arguments.clusters, arguments.views) for of in STUDY]
+    with ProcessPoolExecutor(arguments.processes) as pool:
+        found = pool.map(evaluate, STUDY, repeat(arguments.clusters), repeat(arguments.views))
+        results = list(found)
     print("\n".join([*forecast_table(results), "", *sizing_table(results)]))
     if arguments.report is not None:
         arguments.report.write_text(evaluation_page([r.evaluation for r in results]))

@@ -49,10 +49,14 @@ class FateScore:
     not_seen_but_fell: int
 
     @property
+    def cases(self) -> int:
+        """Visits on which something was said of a fruitlet, and the truth is known."""
+        return self.fallen + self.not_seen + self.fallen_but_hangs + self.not_seen_but_fell
+
+    @property
     def right_pct(self) -> float | None:
-        """Share of the visits on which what was said is true."""
-        right, wrong = self.fallen + self.not_seen, self.fallen_but_hangs + self.not_seen_but_fell
-        return 100.0 * right / (right + wrong) if right + wrong else None
+        """Share of the cases in which what was said is true."""
+        return 100.0 * (self.fallen + self.not_seen) / self.cases if self.cases else None
 
     def __add__(self, other: FateScore) -> FateScore:
         return FateScore(
