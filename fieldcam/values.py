@@ -336,6 +336,8 @@ class ClusterReading:
     calibration: Calibration
     settings: Settings
     expectation: Expectation
+    faint_px: tuple[tuple[float, float], ...] = ()
+    """Middles (x, y) of what may be a fruitlet, but did not look enough like one."""
     timing_ms: dict[str, float] = field(default_factory=dict)
     models: dict[str, str] = field(default_factory=dict)
     """SHA-256 of each network's file, by its role."""

@@ -83,7 +83,7 @@ def _segment(arguments: argparse.Namespace) -> None:
     from fieldcam.exchange.images import read_image
 
     models = checked_models(arguments.data)
-    instances = open_segmenter(models).segment(read_image(arguments.image))
+    instances = open_segmenter(models).segment(read_image(arguments.image)).instances
     narrate(models.honesty)
     if arguments.json:
         emit_json({"instances": [_instance_entry(instance) for instance in instances]})

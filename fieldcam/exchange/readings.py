@@ -73,6 +73,7 @@ def encode_reading(reading: ClusterReading) -> Json:
         "tags_seen": [int(tag_id) for tag_id in reading.tags_seen],
         "verdict": encode_verdict(reading.verdict),
         "fruitlets": [encode_fruitlet(fruitlet) for fruitlet in reading.fruitlets],
+        "faint_px": [[round(float(x), 1), round(float(y), 1)] for x, y in reading.faint_px],
         "window": None if reading.window is None else encode_window(reading.window),
     }
 
@@ -120,6 +121,7 @@ def _decode_reading(d: Mapping[str, Any]) -> ClusterReading:
             tag_id=optional(expectation["tag_id"], whole),
             fruitlets=optional(expectation["fruitlets"], whole),
         ),
+        faint_px=tuple((number(x), number(y)) for x, y in d.get("faint_px", ())),
         timing_ms={text(stage): number(ms) for stage, ms in d["timing_ms"].items()},
         models={text(role): text(digest) for role, digest in d["models"].items()},
         software_version=text(d["software_version"]),

@@ -30,6 +30,8 @@ even the second are many. Measured on blocks of their own (docs/growth.md)."""
 COVERED_FROM = 0.5
 NEAR_SD = 4.0
 """A newcomer within so many deviations of the place may be the fruitlet that is missed."""
+FAINT_NEAR_SD = 2.0
+"""The same for what only looks a little like a fruitlet, of which there is more."""
 FALL_PER_VISIT = 0.1
 """Share of the hanging fruitlets that fall between two visits, before anything is known."""
 FALLEN_FROM = 0.6
@@ -58,19 +60,24 @@ def chance_found(looked: LookedAt) -> float:
 
 
 def may_be_there(looked: LookedAt) -> bool:
-    """Whether something is there that may be the fruitlet: unmatched, or seen without a depth."""
+    """Whether something is there that may be the fruitlet: unmatched, without a depth, or faint."""
     reach_mm = NEAR_SD * looked.place.sd_mm
     gaps = np.linalg.norm(looked.newcomers_mm - looked.place.center_mm, axis=1)
     if (gaps < reach_mm).any():
         return True
-    calibration, center = looked.view.reading.calibration, looked.place.center_mm
-    x = center[0] / center[2] * calibration.focal_px + calibration.cx_px
-    y = center[1] / center[2] * calibration.focal_px + calibration.cy_px
-    reach_px = reach_mm / center[2] * calibration.focal_px
-    return any(
-        f.range_mm is None and np.hypot(f.center_px[0] - x, f.center_px[1] - y) < reach_px
-        for f in looked.view.reading.fruitlets
-    )
+    reading = looked.view.reading
+    flat = [f.center_px for f in reading.fruitlets if f.range_mm is None]
+    faint_reach_mm = FAINT_NEAR_SD * looked.place.sd_mm
+    return _is_near(looked, flat, reach_mm) or _is_near(looked, reading.faint_px, faint_reach_mm)
+
+
+def _is_near(looked: LookedAt, points_px: Sequence[tuple[float, float]], reach_mm: float) -> bool:
+    """Whether one of some points stands in the picture near the place."""
+    calibration, (x, y, z) = looked.view.reading.calibration, looked.place.center_mm
+    px_per_mm = calibration.focal_px / z
+    column, row = x * px_per_mm + calibration.cx_px, y * px_per_mm + calibration.cy_px
+    gaps = (np.hypot(u - column, v - row) for u, v in points_px)
+    return any(gap < reach_mm * px_per_mm for gap in gaps)
 
 
 def _covered_share(looked: LookedAt, window: DisparityWindow) -> float:

@@ -130,7 +130,8 @@ class Pipeline:
             right_tag = find_in_right(self._read_tags, pair.right, tag, calibration)
         region = _region(pair, tag, calibration, settings)
         with clock.stage("segmentation"):
-            instances = self._segmenter.segment(pair.left, region)
+            segmented = self._segmenter.segment(pair.left, region)
+            instances = segmented.instances
         with clock.stage("stereo"):
             window = self._match(pair, region, tag, calibration, settings)
         with clock.stage("clouds"):
@@ -156,6 +157,7 @@ class Pipeline:
             fruitlets=as_trusted(fruitlets, verdict),
             verdict=verdict,
             window=window,
+            faint_px=segmented.faint_px,
             calibration=calibration,
             settings=settings,
             expectation=expectation,

@@ -25,17 +25,29 @@ SIGNATURE = Signature(
 )
 SCORE_THRESHOLD = 0.4
 """The authors' score threshold at inference."""
+FAINT_FROM = 0.2
+"""From this score on something may be a fruitlet, though it is not called one."""
 MIN_AREA_PX = 30
 """Smaller visible masks are specks, about 1.4 mm across at working distance."""
 MAX_COVERED = 0.6
 """An instance that a better one covers by more than this share is its double."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Segmented:
+    """What was found in an image, in image pixels."""
+
+    instances: tuple[Instance, ...]
+    """Fruitlets; best score first."""
+    faint_px: tuple[tuple[float, float], ...]
+    """Middles (x, y) of what looks like one, but not enough to be called one."""
+
+
 class Segmentation(Protocol):
     """What finds fruitlets in an image."""
 
-    def segment(self, image: ImageU8, region: Region | None = None) -> tuple[Instance, ...]:
-        """Fruitlets of an image, or of a region of it, in image pixels; best score first."""
+    def segment(self, image: ImageU8, region: Region | None = None) -> Segmented:
+        """Fruitlets of an image, or of a region of it."""
         ...
 
 
@@ -56,8 +68,8 @@ class Segmenter:
     def warm_up(self) -> None:
         self._model.warm_up()
 
-    def segment(self, image: ImageU8, region: Region | None = None) -> tuple[Instance, ...]:
-        """Fruitlets of an image, or of a region of it, in image pixels; best score first."""
+    def segment(self, image: ImageU8, region: Region | None = None) -> Segmented:
+        """Fruitlets of an image, or of a region of it."""
         height, width = image.shape[:2]
         region = region or Region(0, 0, width, height)
         crop = image[region.slices]
@@ -73,7 +85,8 @@ class Segmenter:
             mask_boxes_px=output["mask_boxes"] * grow + shift,
             mask_logits=output["mask_logits"],
         )
-        return instances(raw, region, self.score_threshold)
+        found = instances(raw, region, self.score_threshold)
+        return Segmented(found, faint(raw, found, self.score_threshold))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,6 +110,20 @@ def instances(raw: RawInstances, region: Region, score_threshold: float) -> tupl
     found = [_instance(raw, int(i), region) for i in order]
     single = _without_doubles([f for f in found if f is not None])
     return tuple(f for f in disjoint(single) if f.visible.area_px >= MIN_AREA_PX)
+
+
+def faint(
+    raw: RawInstances, found: Sequence[Instance], score_threshold: float
+) -> tuple[tuple[float, float], ...]:
+    """Middles of the boxes that score too low, but for those in the middle of a fruitlet."""
+    low = (raw.scores >= FAINT_FROM) & (raw.scores < score_threshold)
+    middles = (raw.boxes_px[low, :2] + raw.boxes_px[low, 2:]) / 2
+    return tuple((float(x), float(y)) for x, y in middles if not _within(x, y, found))
+
+
+def _within(x: float, y: float, found: Sequence[Instance]) -> bool:
+    boxes = (instance.box_px for instance in found)
+    return any(x0 <= x <= x1 and y0 <= y <= y1 for x0, y0, x1, y1 in boxes)
 
 
 def _instance(raw: RawInstances, index: int, region: Region) -> Instance | None:
