@@ -56,6 +56,26 @@ def test_second_picture_past_the_leaf_shows_that_it_fell() -> None:
     assert presences([START, both]) == [Presence.SIZED, Presence.FALLEN]
 
 
+@pytest.mark.parametrize(
+    ("aside_px", "expected"), [(10.0, Presence.NOT_SEEN), (400.0, Presence.FALLEN)]
+)
+def test_something_faint_at_its_place_may_be_the_fruitlet(
+    aside_px: float, expected: Presence
+) -> None:
+    whole = made_view("whole", later(ring())).reading
+    x, y = next(f.center_px for f in whole.fruitlets if f.id == GONE)
+    visit = missing_at(2)
+    (view,) = visit.views
+    faint = replace(view, reading=replace(view.reading, faint_px=((x + aside_px, y),)))
+    assert presences([START, replace(visit, views=(faint,))])[1] is expected
+
+
+def test_looking_past_the_place_once_is_worth_more_than_two_doubtful_looks() -> None:
+    leaf = missing_at(2, LEAF)
+    twice = replace(leaf, views=(*leaf.views, replace(leaf.views[0], id="again")))
+    assert presences([START, twice])[1] is Presence.NOT_SEEN
+
+
 def test_fruitlet_that_is_back_later_had_not_fallen() -> None:
     back = made_visit(4, made_view("c", later(later(ring()))))
     assert presences([START, missing_at(2), back]) == [

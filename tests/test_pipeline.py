@@ -17,7 +17,6 @@ from fieldcam.values import (
     Flag,
     FloatMap,
     ImageU8,
-    Instance,
     Matcher,
     Method,
     ReasonCode,
@@ -29,6 +28,7 @@ from fieldcam.values import (
 )
 from fieldcam.vision.pipeline import Pipeline
 from fieldcam.vision.regions import around_tag
+from fieldcam.vision.segmentation import Segmented
 
 TAG_MM = (0.0, 0.0, 440.0)
 NEAR = [
@@ -86,7 +86,7 @@ class DrawnInstances:
     drawn: Drawn
     region: Region | None = None
 
-    def segment(self, image: ImageU8, region: Region | None = None) -> tuple[Instance, ...]:
+    def segment(self, image: ImageU8, region: Region | None = None) -> Segmented:
         assert region is not None
         self.region = region
         inside = []
@@ -94,7 +94,7 @@ class DrawnInstances:
             box = instance.visible.region
             if region.x0 <= box.x0 and box.x1 <= region.x1 and region.y0 <= box.y0:
                 inside.append(instance)
-        return tuple(inside)
+        return Segmented(tuple(inside), ((12.0, 34.5),))
 
 
 @dataclass
@@ -246,6 +246,7 @@ def test_the_expected_tag_counts_when_several_are_in_view() -> None:
     assert reading.tag is not None
     assert reading.tag.id == 23
     assert reading.tags_seen == (17, 23)
+    assert reading.faint_px == ((12.0, 34.5),)
     assert [f.in_target for f in reading.fruitlets][-2:] == [True, True]
 
 

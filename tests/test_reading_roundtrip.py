@@ -110,6 +110,7 @@ READINGS = st.builds(
         Settings, st.sampled_from(Method), st.sampled_from(Matcher), st.booleans(), NUMBERS
     ),
     expectation=st.builds(Expectation, st.none() | WHOLE, st.none() | WHOLE),
+    faint_px=st.lists(points(2), max_size=2).map(tuple),
     timing_ms=st.dictionaries(st.text(), NUMBERS, max_size=2),
     models=st.dictionaries(st.text(), st.text(), max_size=2),
     software_version=st.text(),
@@ -218,6 +219,12 @@ def test_the_size_document_has_the_agreed_form() -> None:
         "models": {"segmentation": "ab", "stereo": "cd"},
     }
     assert reading_report(replace(make_reading(), tag=None))["tag"] is None
+
+
+def test_a_reading_from_before_faint_places_has_none() -> None:
+    document = encode_reading(replace(make_reading(), faint_px=((1.0, 2.0),)))
+    del document["faint_px"]
+    assert decode_reading(document).faint_px == ()
 
 
 def test_a_newer_form_is_refused() -> None:

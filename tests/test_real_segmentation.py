@@ -33,7 +33,7 @@ def test_apples_in_photographs_are_found(
     scores = []
     for path in photographs(real):
         image = read_image(path)
-        found = [instance.box_px for instance in segmenter.segment(image)]
+        found = [instance.box_px for instance in segmenter.segment(image).instances]
         true = yolo_boxes(labels(path), (image.shape[1], image.shape[0]))
         scores.append(score_boxes(found, true))
     score = total(scores)

@@ -12,7 +12,14 @@ import pytest
 
 from fieldcam.errors import ModelMissing
 from fieldcam.values import Region
-from fieldcam.vision.segmentation import RawInstances, Segmenter, instances, is_cut, resample
+from fieldcam.vision.segmentation import (
+    RawInstances,
+    Segmenter,
+    faint,
+    instances,
+    is_cut,
+    resample,
+)
 
 Array = npt.NDArray[Any]
 CELLS = 28
@@ -125,13 +132,21 @@ def test_a_region_is_segmented_in_image_pixels_at_any_scale(
 ) -> None:
     network = OneDisc()
     segmenter = Segmenter(tmp_path / "none.onnx", 0.4, scale, network)
-    (found,) = segmenter.segment(np.zeros((160, 200, 3), np.uint8), Region(100, 50, 180, 110))
+    region = Region(100, 50, 180, 110)
+    (found,) = segmenter.segment(np.zeros((160, 200, 3), np.uint8), region).instances
     rows, columns = np.nonzero(found.visible.window)
     assert network.shape == shape
     assert columns.mean() + found.visible.x0 == pytest.approx(139.5, abs=0.1)
     assert rows.mean() + found.visible.y0 == pytest.approx(79.5, abs=0.1)
     assert found.visible.area_px == pytest.approx(area, rel=0.02)
     assert found.whole_logits is not None
+
+
+def test_what_scores_too_low_is_kept_as_a_place_beside_the_fruitlets() -> None:
+    made = raw((60, 60, 20, 0.9), (62, 58, 18, 0.5), (140, 60, 9, 0.5), (140, 100, 9, 0.1))
+    found = instances(made, IMAGE, 0.8)
+    assert len(found) == 1
+    assert faint(made, found, 0.8) == ((140.0, 60.0),)
 
 
 @pytest.mark.parametrize("content", [None, b"", b"not a network"])

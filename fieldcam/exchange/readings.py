@@ -73,7 +73,7 @@ def encode_reading(reading: ClusterReading) -> Json:
         "tags_seen": [int(tag_id) for tag_id in reading.tags_seen],
         "verdict": encode_verdict(reading.verdict),
         "fruitlets": [encode_fruitlet(fruitlet) for fruitlet in reading.fruitlets],
-        "faint_px": [[round(float(x), 1), round(float(y), 1)] for x, y in reading.faint_px],
+        "faint_px": [[float(x), float(y)] for x, y in reading.faint_px],
         "window": None if reading.window is None else encode_window(reading.window),
     }
 
