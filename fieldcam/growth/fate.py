@@ -28,7 +28,7 @@ FOUND = (0.995, 0.8)
 and where something is seen at half of them or more: a place is known to a radius only, so that
 even the second are many. Measured on blocks of their own (docs/growth.md)."""
 COVERED_FROM = 0.5
-NEAR_SD = 4.0
+NEAR_SD = 3.0
 """A newcomer within so many deviations of the place may be the fruitlet that is missed."""
 FAINT_NEAR_SD = 2.0
 """The same for what only looks a little like a fruitlet, of which there is more."""
