@@ -167,6 +167,12 @@ class NotedWalk:
     def undo(self) -> None:
         self.asked.append(("undo",))
 
+    def undo_match(self, tag_id: int) -> None:
+        self.asked.append(("undo_match", tag_id))
+
+    def undo_fruit(self, tag_id: int) -> None:
+        self.asked.append(("undo_fruit", tag_id))
+
     def refresh(self) -> None:
         """Nothing was written."""
 

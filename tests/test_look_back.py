@@ -131,7 +131,7 @@ def test_marks_go_to_the_picture_that_is_shown(past: Past) -> None:
 
     asked = drive(SMALL, script).walk.asked
     capture = past.pictures[1]
-    assert asked == [("king", capture, 2), ("add_by_hand", capture, 9.5), ("undo",)]
+    assert asked == [("king", capture, 2), ("add_by_hand", capture, 9.5), ("undo_fruit", 11)]
 
 
 def test_what_was_marked_is_shown(past: Past) -> None:

@@ -94,7 +94,7 @@ def test_one_key_says_who_a_fruitlet_is(walked: Walked) -> None:
         # From the last row, whose fruitlet the later picture does not show.
         ("match", Word(Place(one, 4), Place(other, 2))),
         ("match", Word(Place(one, 4), None, other)),
-        ("undo",),
+        ("undo_match", 11),
     ]
 
 

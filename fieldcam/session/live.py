@@ -29,7 +29,7 @@ from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.reading import Analysis, Readings
 from fieldcam.session.shutter import Shot, Shutter
 from fieldcam.session.state import CameraState, Shown
-from fieldcam.session.undoing import undo_last
+from fieldcam.session.undoing import undo_fruit, undo_last, undo_match
 from fieldcam.session.viewing import WalkView
 from fieldcam.session.walk import DEADLINE_S
 from fieldcam.store.captures import SavedCapture
@@ -160,6 +160,14 @@ class LiveWalk:
 
     def undo(self) -> None:
         self._write(self._undo)
+
+    def undo_match(self, tag_id: int) -> None:
+        """Take back the last match that was said of this cluster."""
+        self._write(partial(undo_match, self._store, self._view.visit, tag_id))
+
+    def undo_fruit(self, tag_id: int) -> None:
+        """Take back the last name, size or king of this cluster's fruitlets."""
+        self._write(partial(undo_fruit, self._store, self._view.visit, tag_id))
 
     def refresh(self) -> None:
         """Tell the state anew, since others wrote to the store."""

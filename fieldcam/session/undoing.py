@@ -1,12 +1,18 @@
-"""The undo key: takes back the operator's newest command as a whole."""
+"""The undo key: takes back the operator's newest command as a whole.
+
+On the walk that is any command; on a cluster's own screens one about its fruitlets.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from fieldcam.session.doubt import NotNow
 from fieldcam.store.blocks import last_set_up
 from fieldcam.store.connection import rows
-from fieldcam.store.judgement_rows import Undo
-from fieldcam.store.resuming import last_undoable
+from fieldcam.store.judgement_rows import MarkKind, Undo
+from fieldcam.store.lookups import row_of
+from fieldcam.store.resuming import Undoable, last_undoable, undoable_words
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 
@@ -54,10 +60,33 @@ def undo_last(store: Store, visit: EntryId) -> tuple[str, int | None]:
     last = last_undoable(store.database, store.identity.device, visit)
     if last is None:
         raise NotNow("There is nothing to undo.")
-    kinds = _undo(store, last.id)
-    found = rows(store.database, _TAG[last.kind], last.id)
-    tag_id = found[0]["tag_id"] if found else None
+    kinds, tag_id = _undo(store, last.id), _tag(store, last)
     return f"Undone: {kinds}{'' if tag_id is None else f' on tag {tag_id}'}.", tag_id
+
+
+def undo_match(store: Store, visit: EntryId, tag_id: int) -> str:
+    """Undo the last match that was said of this cluster on this visit."""
+    return _undo_of_cluster(store, visit, tag_id, ("association_word",), "match")
+
+
+def undo_fruit(store: Store, visit: EntryId, tag_id: int) -> str:
+    """Undo the last name, size or king that this cluster's fruitlets got on this visit."""
+    kinds = ("caliper_size", "caliper_identity", "fruitlet_mark")
+    return _undo_of_cluster(store, visit, tag_id, kinds, "size, name or king")
+
+
+def _undo_of_cluster(
+    store: Store, visit: EntryId, tag_id: int, kinds: Sequence[str], what: str
+) -> str:
+    """`what` says which words these are, where none is left."""
+    words = undoable_words(store.database, store.identity.device, visit, kinds)
+    fruit = (word for word in words if word.kind != "fruitlet_mark" or _on_cluster(store, word))
+    last = next((word for word in fruit if _tag(store, word) == tag_id), None)
+    if last is None:
+        raise NotNow(
+            f"No {what} of tag {tag_id} is left to undo here; decisions are undone on Walk."
+        )
+    return f"Undone: {_undo(store, last.id)} on tag {tag_id}."
 
 
 def undo_last_set_up(store: Store, block: EntryId) -> str:
@@ -66,6 +95,18 @@ def undo_last_set_up(store: Store, block: EntryId) -> str:
     if last is None:
         raise NotNow("There is nothing to undo.")
     return f"Undone: {_undo(store, last)}."
+
+
+def _tag(store: Store, word: Undoable) -> int | None:
+    """The cluster that a word is about."""
+    found = rows(store.database, _TAG[word.kind], word.id)
+    return found[0]["tag_id"] if found else None
+
+
+def _on_cluster(store: Store, mark: Undoable) -> bool:
+    """Whether the mark is one of the Cluster screen; all others are decisions of the walk."""
+    kind = row_of(store.database, "fruitlet_mark", mark.id)["mark"]
+    return kind in (MarkKind.KING, MarkKind.ADDED_BY_HAND)
 
 
 def _undo(store: Store, entry: EntryId) -> str:

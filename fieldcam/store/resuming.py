@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -144,14 +145,21 @@ def saved_capture(database: Database, capture: EntryId) -> SavedCapture | None:
 
 
 def last_undoable(database: Database, device: EntryId, visit: EntryId) -> Undoable | None:
-    """What the undo key takes back: this device's newest standing word since the visit began."""
-    places = ", ".join("?" * len(_UNDOABLE))
+    """What the undo key takes back on the walk."""
+    return next(iter(undoable_words(database, device, visit)), None)
+
+
+def undoable_words(
+    database: Database, device: EntryId, visit: EntryId, kinds: Sequence[str] = _UNDOABLE
+) -> tuple[Undoable, ...]:
+    """This device's standing words of these kinds since the visit began, the newest first."""
+    places = ", ".join("?" * len(kinds))
     sql = (
         f"SELECT id, kind FROM standing WHERE device = ? AND kind IN ({places})"
-        " AND turn > (SELECT turn FROM entry WHERE id = ?) ORDER BY turn DESC LIMIT 1"
+        " AND turn > (SELECT turn FROM entry WHERE id = ?) ORDER BY turn DESC"
     )
-    found = rows(database, sql, device, *_UNDOABLE, visit)
-    return Undoable(found[0]["id"], found[0]["kind"]) if found else None
+    found = rows(database, sql, device, *kinds, visit)
+    return tuple(Undoable(row["id"], row["kind"]) for row in found)
 
 
 def capture_without_tag(database: Database, visit: EntryId) -> EntryId | None:

@@ -44,9 +44,6 @@ class ClusterPage(Page):
         self.looks_at = self.tags[(here + by) % len(self.tags)]
         self.show(self.state)
 
-    def action_undo(self) -> None:
-        self.walk.undo()
-
 
 def block_tags(database: Database, state: WalkState) -> tuple[int, ...]:
     """Those of the route in its order, then others of which there are pictures."""

@@ -157,6 +157,10 @@ class ClusterScreen(ClusterPage):
         question = f"Fruitlet {letter_of(fruitlet)} by caliper:"
         self.app.push_screen(AskForm(question, fields, _measurement), measured)
 
+    def action_undo(self) -> None:
+        if self.tag_id is not None:
+            self.walk.undo_fruit(self.tag_id)
+
     def action_scroll_words(self, by: int) -> None:
         words = self.query_one("#words", Past)
         words.scroll_relative(y=by * max(1, words.size.height - 1), animate=False)

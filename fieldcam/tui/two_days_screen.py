@@ -138,6 +138,10 @@ class TwoDaysScreen(ClusterPage):
         else:
             self.walk.match(word)
 
+    def action_undo(self) -> None:
+        if self.tag_id is not None:
+            self.walk.undo_match(self.tag_id)
+
     @property
     def _pairs(self) -> tuple[Pair, ...]:
         groups = () if self._followed is None else self._followed.groups
