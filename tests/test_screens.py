@@ -221,6 +221,31 @@ def test_a_window_may_grow_and_shrink() -> None:
     drive(SMALL, script)
 
 
+@pytest.mark.parametrize("opened", [(), ("v",), ("v", "t"), ("a",), ("o",), ("b",), ("b", "g")])
+def test_no_key_works_unseen(tmp_path: Path, opened: tuple[str, ...]) -> None:
+    keys = ("v", "b", "g", "t", "o", "a", "V", "0", "1", "pageup", "escape", "ctrl+p")
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(verdict(tmp_path, Status.ACCEPT))
+        await driven.press(*opened)
+        screens = list(driven.app.screen_stack)
+        await driven.pilot.resize_terminal(60, 15)
+        await driven.settle()
+        await driven.press(*KEYS, *keys)
+        assert driven.app.screen_stack == screens
+        assert "needs a window of 80x24" in driven.text
+        await driven.press("question_mark")
+        assert driven.app.screen_stack != screens
+        await driven.press("x")
+        await driven.pilot.resize_terminal(80, 24)
+        await driven.settle()
+        assert driven.walk.asked == []
+        await driven.press("escape", "escape", "space")
+        assert "needs a window" not in driven.text
+
+    assert drive(SMALL, script).walk.asked == [("shoot",)]
+
+
 KEYS = {
     "space": ("shoot",),
     "enter": ("accept",),

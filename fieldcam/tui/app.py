@@ -63,6 +63,7 @@ OF_THE_WALK = (
     "log",
     "restart_analysis",
 )
+WITHOUT_ROOM = ("quit", "help", "help_quit")
 DAY = Field("Day, such as 2026-05-19")
 USUAL_LOOK = Look()
 Subject = tuple[int | None, EntryId | None, Stage | None]
@@ -167,7 +168,10 @@ class FieldcamApp(EndableApp[None]):
             self._leave_aim()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """What belongs to a walk waits for one."""
+        """What belongs to a walk waits for one; a screen without room only ends or helps."""
+        screen = self.screen_stack[-1] if self.screen_stack else None
+        if isinstance(screen, Frame) and screen.too_small:
+            return action in WITHOUT_ROOM
         return self.walk is not None or action not in OF_THE_WALK
 
     def action_set_up(self) -> None:

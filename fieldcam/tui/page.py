@@ -92,9 +92,20 @@ class Frame(Screen[None]):
     def on_looked_up(self, message: LookedUp) -> None:
         message.show()
 
+    @property
+    def too_small(self) -> bool:
+        """Nothing of the screen is to be seen but a sentence that says so."""
+        (columns, rows), (least_columns, least_rows) = self.app.size, self.least
+        return columns < least_columns or rows < least_rows
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """No key does what cannot be seen."""
+        return not self.too_small
+
     def on_resize(self, event: Resize) -> None:
         (columns, rows), (least_columns, least_rows) = event.size, self.least
-        self.set_class(columns < least_columns or rows < least_rows, "-small")
+        self.set_class(self.too_small, "-small")
+        self.refresh_bindings()
         self.query_one("#small", Static).update(
             f"fieldcam needs a window of {least_columns}x{least_rows};"
             f" this one is {columns}x{rows}."
