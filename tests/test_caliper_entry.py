@@ -62,9 +62,15 @@ def test_a_fruitlet_is_picked_by_key_and_measured(at_tag: AtTag) -> None:
         await driven.press("down", "c", "enter")
         await driven.type("fl4")
         await driven.press("c")
-        await driven.type("9.x")
-        await driven.press("enter")
-        assert "9.x is no number." in driven.text
+        for leave in ("enter", "down"):
+            driven.app.screen.query(Input).first().value = "9.x"
+            await driven.press(leave)
+            assert "9.x is no number." in driven.text
+            wrong = driven.app.screen.query(Input).first()
+            assert wrong.has_focus and wrong.has_class("-wrong")
+        await driven.type("9.5")
+        assert "is no number" not in driven.text and not wrong.has_class("-wrong")
+        assert driven.app.screen.query(Input).last().has_focus
         await driven.press("escape")
         assert not driven.app.screen.query(Input)
 

@@ -84,6 +84,41 @@ def test_a_name_of_another_fruitlet_is_asked_about(walk: Walked) -> None:
     assert names_in(database, again) == {0: "3"}
 
 
+def test_another_name_for_a_fruitlet_is_asked_about(walk: Walked) -> None:
+    shown, reading = shoot(walk)
+    name, database = partial(walk.live.name_fruit, shown.id), walk.made.store.database
+    walk.after(partial(name, 0, "fl3", 9.25), Done)
+    walk.after(partial(name, 0, "3", 9.0), Done)
+    doubt, _ = walk.after(partial(name, 0, "fl4", None), Doubted)
+    assert doubt.sentence == "A is called 3 already. Is it called 4 from now on?"
+    assert names_in(database, reading) == {0: "3"}
+    walk.after(doubt.insist, Done)
+    assert names_in(database, reading) == {0: "4"}
+
+
+@pytest.mark.parametrize("off_mm, doubtful", [(2.9, False), (-2.9, False), (50.0, True)])
+def test_a_size_far_from_the_cameras_is_asked_about_once(
+    walk: Walked, off_mm: float, doubtful: bool
+) -> None:
+    shown, _ = shoot(walk)
+    summary = shown.record.reading
+    assert summary is not None
+    camera_mm = summary.target[0].diameter_mm
+    assert camera_mm is not None
+    told_mm = camera_mm + off_mm
+    command = partial(walk.live.name_fruit, shown.id, 0, "fl1", told_mm)
+    if not doubtful:
+        walk.after(command, Done)
+        return
+    doubt, _ = walk.after(command, Doubted)
+    assert doubt.sentence == (
+        f"The camera measured {camera_mm:.2f} mm on A. Is it {told_mm:.2f} mm by caliper?"
+    )
+    assert sizes(walk) == []
+    walk.after(doubt.insist, Done)
+    assert sizes(walk) == [(11, "1", told_mm)]
+
+
 def test_what_makes_no_sense_is_refused(walk: Walked) -> None:
     shown, reading = shoot(walk)
     name = partial(walk.live.name_fruit, shown.id)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import count
 
@@ -14,12 +15,15 @@ from fieldcam.session.viewing import WalkView
 from fieldcam.store.calipers import caliper_sizes, named_fruitlets, names_in
 from fieldcam.store.connection import rows
 from fieldcam.store.fruit_rows import CaliperIdentity, CaliperSize
-from fieldcam.store.history import CaptureRecord, ReadingSummary, capture_record
+from fieldcam.store.history import CaptureRecord, FruitletSeen, ReadingSummary, capture_record
 from fieldcam.store.lookups import row_of
 from fieldcam.store.rows import EntryId, Row
 from fieldcam.words import letter_of
 
 LONGEST_NAME = 20
+FAR_MM = 3.0
+FAR_SHARE = 1 / 3
+"""A size by caliper that differs from the camera's by more than both is asked about."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,12 +43,13 @@ class FruitBook:
         """This fruitlet is the fruit of this name, with this size by caliper on that day.
 
         Without a name it keeps the one that it has, else gets the cluster's next free number.
-        A name that another fruitlet of the picture has is taken over only on insisting.
+        What is most likely a slip is done only on insisting.
         """
         if diameter_mm is not None and not 0 < diameter_mm <= MOST_MM:
             raise NotNow(f"A fruitlet measures between 0 and {MOST_MM:g} mm.")
         record, reading = self._read(capture)
-        if not any(seen.id == fruitlet and seen.living for seen in reading.target):
+        living = {seen.id: seen for seen in reading.target if seen.living}
+        if fruitlet not in living:
             raise NotNow("Choose a fruitlet of the list first.")
         if record.tag_id is None or record.day is None:
             raise NotNow("Which tag this picture shows is not known yet.")
@@ -53,13 +58,14 @@ class FruitBook:
         name = typed or names.get(fruitlet) or self._next_number(record.tag_id)
         if len(name) > LONGEST_NAME or not name.isprintable():
             raise NotNow(f"A fruit's name has at most {LONGEST_NAME} letters.")
-        living = (seen.id for seen in reading.target if seen.living and seen.id != fruitlet)
-        other = next((each for each in living if names.get(each) == name), None)
-        if other is not None and not insist:
-            there, here = letter_of(other), letter_of(fruitlet)
-            raise Doubtful(
-                f"{there} is called {name} already. Is it {here} that is, and {there} not?"
-            )
+        doubts = [
+            *_doubts_on_name(
+                {each: names[each] for each in living if each in names}, fruitlet, name
+            ),
+            *_doubts_on_size(living[fruitlet], diameter_mm),
+        ]
+        if doubts and not insist:
+            raise Doubtful(" ".join(doubts))
         written: list[Row] = [CaliperIdentity(reading.id, fruitlet, name)]
         if diameter_mm is not None:
             size = CaliperSize(self._block, record.tag_id, record.day, name, diameter_mm)
@@ -102,3 +108,24 @@ class FruitBook:
         used = {size.fruit for size in caliper_sizes(database, block) if size.tag_id == tag_id}
         used |= {seen.fruit for seen in named_fruitlets(database, block) if seen.tag_id == tag_id}
         return next(name for n in count(1) if (name := str(n)) not in used)
+
+
+def _doubts_on_name(names: Mapping[int, str], fruitlet: int, name: str) -> Iterator[str]:
+    """`names` are those of the picture's fruitlets that live."""
+    here = letter_of(fruitlet)
+    if names.get(fruitlet, name) != name:
+        yield f"{here} is called {names[fruitlet]} already. Is it called {name} from now on?"
+    there = next((letter_of(n) for n, said in names.items() if said == name and n != fruitlet), "")
+    if there:
+        yield f"{there} is called {name} already. Is it {here} that is, and {there} not?"
+
+
+def _doubts_on_size(seen: FruitletSeen, calipers_mm: float | None) -> Iterator[str]:
+    camera_mm = seen.diameter_mm
+    if calipers_mm is None or camera_mm is None:
+        return
+    if abs(calipers_mm - camera_mm) > max(FAR_MM, FAR_SHARE * camera_mm):
+        yield (
+            f"The camera measured {camera_mm:.2f} mm on {letter_of(seen.id)}."
+            f" Is it {calipers_mm:.2f} mm by caliper?"
+        )

@@ -70,22 +70,18 @@ class AskForm(Dialog[Answer | None], Generic[Answer]):
         self.query_one("#take", BigButton).label = "TAKE IT  Enter" if last else "TAKE IT"
 
     def on_input_blurred(self, event: Input.Blurred) -> None:
-        field = self._fields[list(self.query(Input)).index(event.input)]
-        try:
-            if field.check is not None:
-                field.check(event.value)
-        except BadInput as error:
-            self.query_one("#wrong", Static).update(str(error))
-        else:
-            self.query_one("#wrong", Static).update()
+        """What is wrong is put right before the next field."""
+        self._check(event.input)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         if event.input is self.query(Input).last():
             self.action_take()
-        elif event.input is self.focused:
+        elif event.input is self.focused and self._check(event.input):
             self.focus_next()
 
     def action_take(self) -> None:
+        if not all(self._check(each) for each in self.query(Input)):
+            return
         try:
             answer = self._make(*(field.value for field in self.query(Input)))
         except BadInput as error:
@@ -95,6 +91,20 @@ class AskForm(Dialog[Answer | None], Generic[Answer]):
 
     def action_drop(self) -> None:
         self.dismiss(None)
+
+    def _check(self, line: Input) -> bool:
+        """Says what is wrong in the line, and marks it and goes back to it."""
+        field, wrong = self._fields[list(self.query(Input)).index(line)], ""
+        try:
+            if field.check is not None:
+                field.check(line.value)
+        except BadInput as error:
+            wrong = str(error)
+            line.focus()
+        line.set_class(bool(wrong), "-wrong")
+        if wrong or not self.query("Input.-wrong"):
+            self.query_one("#wrong", Static).update(wrong)
+        return not wrong
 
 
 class AskChoice(Dialog[int | None]):
