@@ -136,8 +136,11 @@ def test_size_order_far_away_is_warned_of(grown: Grown) -> None:
     drive(SMALL, script)
 
 
+@SIZES
 @pytest.mark.parametrize("visits", [0, 1])
-def test_without_two_visits_there_is_no_forecast(tmp_path: Path, visits: int) -> None:
+def test_without_two_visits_there_is_no_forecast(
+    tmp_path: Path, visits: int, size: tuple[int, int]
+) -> None:
     with small_store(tmp_path) as store:
         made = MadeWalk(store)
         for day in range(visits):
@@ -148,11 +151,17 @@ def test_without_two_visits_there_is_no_forecast(tmp_path: Path, visits: int) ->
             await driven.tell(state)
             await driven.press("b", "g", "pagedown", "down")
             assert "No forecast yet" in driven.text and "growth needs two." in driven.text
+            assert "PgDn" not in driven.text and "PgUp" not in driven.text
+            again = "Measure it again at least 3 days later."
+            twice = "Measure it twice, at least 3 days apart."
+            assert (again if visits else twice) in " ".join(driven.text.split())
             await driven.pilot.resize_terminal(*LARGE)
+            await driven.settle()
+            assert "PgDn" not in driven.text
             await driven.tell(replace(state, folder=tmp_path / "gone"))
             assert "There is no database at" in driven.text
 
-        drive(SMALL, script)
+        drive(size, script)
 
 
 def test_only_what_changed_is_followed_again(grown: Grown, monkeypatch: pytest.MonkeyPatch) -> None:

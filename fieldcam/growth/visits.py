@@ -87,7 +87,7 @@ def chosen_interval(
     if len(visits) < 2:
         raise BadInput(
             f"Block {block.name} has {_counted(visits)}; growth needs two.",
-            unread_pictures(block) or f"Measure it again at least {LEAST_DAYS} days later.",
+            unread_pictures(block) or f"Measure it {_still_to_do(visits)}.",
         )
     last = visits[-1] if end is None else visit_on(block, end)
     if start is not None:
@@ -116,6 +116,12 @@ def unread_pictures(block: BlockRecord) -> str | None:
         f"Pictures of {number_of(sum(block.unread.values()), 'cluster')} are stored and not read"
         f" ({days}): nothing is known of them yet."
     )
+
+
+def _still_to_do(visits: Sequence[BlockVisit]) -> str:
+    if visits:
+        return f"again at least {LEAST_DAYS} days later"
+    return f"twice, at least {LEAST_DAYS} days apart"
 
 
 def _counted(visits: Sequence[BlockVisit]) -> str:

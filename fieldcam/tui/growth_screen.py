@@ -89,7 +89,7 @@ class GrowthScreen(Page):
         super().on_mount()
         self.query_one("#influence").display = False
         for part in ("scroll_y", "virtual_size"):
-            self.watch(self.query_one("#told"), part, self._say_more)
+            self.watch(self.query_one("#told"), part, self._moved)
 
     def show(self, state: WalkState) -> None:
         super().show(state)
@@ -179,6 +179,10 @@ class GrowthScreen(Page):
         self.query_one("#influence").display = True
         listed.highlighted = min(chosen, len(lines) - 1)
         listed.focus()
+
+    def _moved(self) -> None:
+        """Only after the layout is the room known in which the words stand."""
+        self.call_after_refresh(self._say_more)
 
     def _say_more(self) -> None:
         told = self.query_one("#told", Past)
