@@ -107,7 +107,7 @@ def test_names_sizes_and_agreement_are_shown(at_tag: AtTag) -> None:
         )
         await driven.tell(at_tag.state)
         assert 'B  10.00 mm "fl3" 10.25' in driven.text and 'C  11.00 mm "fl4" ' in driven.text
-        assert " 1 by caliper: bias -0.25 mm; 19 more to go by" in driven.text
+        assert "Camera less caliper, 1 fruitlet: -0.25 mm; measure 19 more" in driven.text
         assert "picture 1: fruitlet C" in driven.text
         await driven.press("down", "c")
         assert driven.app.screen.query(Input).last().value == "fl3"
@@ -119,10 +119,13 @@ def test_names_sizes_and_agreement_are_shown(at_tag: AtTag) -> None:
     "found, words",
     [
         (None, ""),
-        (Agreement(1, 0.1, None), "1 by caliper: bias +0.10 mm; 19 more to go by"),
+        (
+            Agreement(1, 0.1, None),
+            "Camera less caliper, 1 fruitlet: +0.10 mm; measure 19 more to judge by it",
+        ),
         (
             Agreement(20, -0.12, 0.25),
-            "20 by caliper: bias -0.12, spread 0.25, 95 % within -0.61 to +0.37 mm",
+            "Camera less caliper, 20 fruitlets: -0.12 mm, spread 0.25, 95 % -0.61 to +0.37",
         ),
     ],
 )

@@ -82,10 +82,14 @@ def test_one_key_says_who_a_fruitlet_is(walked: Walked) -> None:
         await driven.tell(walked.state)
         await driven.press("v", "t", "2", "down", "0", "up", "up", "3", "5")
         assert "not one of each picture" in driven.text
-        await driven.press("9", "0", "u", "s")
+        await driven.press("9")
+        assert "There is no fruitlet 9 in these two pictures." in driven.text
+        await driven.press("0", "u", "s")
         assert "There are no other pictures of these days." in driven.text
         await driven.press("left")
         assert "This cluster has no pictures of other days." in driven.text
+        await driven.press("n", "p")
+        assert "Tag 11" in driven.text and "of other days" not in driven.text
 
     one, other = walked.one, walked.other
     assert drive(SMALL, script).walk.asked == [
@@ -120,6 +124,11 @@ def test_what_was_said_is_shown_and_nothing_is_followed_twice(
         await driven.tell(walked.state)
         assert ">  3    C 11.00    C 11.00   +0.00    by hand" in driven.text
         assert followed == [0, 1]
+        walked.made.store.append(word_row(Word(Place(walked.one, 4), None, walked.other)))
+        await driven.tell(walked.state)
+        await driven.press("down", "down")
+        (line,) = (line for line in driven.text.splitlines() if ">  5 " in line)
+        assert line.rstrip().endswith(", by hand")
 
     drive(SMALL, script)
 

@@ -42,6 +42,8 @@ class ClusterPage(Page):
             return
         here = self.tags.index(self.tag_id) if self.tag_id in self.tags else -by
         self.looks_at = self.tags[(here + by) % len(self.tags)]
+        # What was said of the cluster before is not said of this one.
+        self.hear(News(""))
         self.show(self.state)
 
 

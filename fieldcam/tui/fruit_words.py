@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fieldcam.growth.agreement import ENOUGH, Agreement
 from fieldcam.store.calipers import MeasuredFruit, NamedFruitlet
 from fieldcam.store.rows import EntryId
+from fieldcam.words import number_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +39,8 @@ def agreement_line(found: Agreement | None) -> str:
     """Camera less calipers over the block; empty where nothing was measured both ways."""
     if found is None:
         return ""
-    parts = [f"{found.n} by caliper: bias {found.bias_mm:+.2f}"]
-    if found.sd_mm is not None and found.limits_mm is not None:
-        low, high = found.limits_mm
-        parts += [f"spread {found.sd_mm:.2f}", f"95 % within {low:+.2f} to {high:+.2f}"]
-    left = ENOUGH - found.n
-    return f"{', '.join(parts)} mm{f'; {left} more to go by' if left > 0 else ''}"
+    told = f"Camera less caliper, {number_of(found.n, 'fruitlet')}: {found.bias_mm:+.2f} mm"
+    if found.n < ENOUGH or found.sd_mm is None or found.limits_mm is None:
+        return f"{told}; measure {ENOUGH - found.n} more to judge by it"
+    low, high = found.limits_mm
+    return f"{told}, spread {found.sd_mm:.2f}, 95 % {low:+.2f} to {high:+.2f}"

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 
 from fieldcam.growth.places import Place, Track, TrackedVisit, Word
 from fieldcam.growth.records import Presence
 from fieldcam.session.state import Shown
+from fieldcam.store.fruit_rows import AssociationWord
+from fieldcam.store.rows import EntryId
 from fieldcam.words import letter_of
 
 SURE = 0.9
@@ -34,7 +36,7 @@ class PairRow:
     confidence: float
     """Of the match, where both pictures show it."""
     by_hand: bool
-    """The operator's word made or confirmed the match."""
+    """The operator's word made or confirmed the match, or said that there is none."""
 
     @property
     def doubtful(self) -> bool:
@@ -55,9 +57,20 @@ def pairs_of(days: Sequence[Sequence[Shown]]) -> tuple[tuple[Pair, ...], ...]:
     )
 
 
-def pair_rows(tracks: Sequence[Track], pair: Pair) -> tuple[PairRow, ...]:
-    """The fruitlets that one of the pictures shows, in the order of their tracks."""
-    return tuple(row for track in tracks if (row := _row(track, pair)) is not None)
+def pair_rows(
+    tracks: Sequence[Track], pair: Pair, words: Sequence[AssociationWord] = ()
+) -> tuple[PairRow, ...]:
+    """The fruitlets that one of the pictures shows, in the order of their tracks.
+
+    `words` are the operator's, by which a fruitlet may have no match.
+    """
+    rows = [row for track in tracks if (row := _row(track, pair)) is not None]
+    alone = {
+        (Place(word.one_reading, word.one_fruitlet), word.other_reading)
+        for word in words
+        if word.other_fruitlet is None
+    }
+    return tuple(replace(row, by_hand=row.by_hand or _unmatched(row, pair, alone)) for row in rows)
 
 
 def said_word(rows: Sequence[PairRow], chosen: int, number: int, pair: Pair) -> Word | None:
@@ -113,8 +126,18 @@ def _row(track: Track, pair: Pair) -> PairRow | None:
             None if later is None else later.sighting.presence,
         ),
         1.0 if later is None or one is None or other is None else later.sighting.confidence,
-        later is not None and later.by_hand,
+        one is not None and other is not None and later is not None and later.by_hand,
     )
+
+
+def _unmatched(row: PairRow, pair: Pair, alone: Collection[tuple[Place, EntryId]]) -> bool:
+    """Whether the operator said that the other picture does not show it."""
+    earlier, later = (shown.record.reading for shown in pair)
+    if row.one is None and row.other is not None and earlier is not None:
+        return (row.other, earlier.id) in alone
+    if row.other is None and row.one is not None and later is not None:
+        return (row.one, later.id) in alone
+    return False
 
 
 def _visit(track: Track, shown: Shown) -> TrackedVisit | None:
@@ -160,6 +183,11 @@ def _said(row: PairRow, first_day: str) -> str:
         if row.by_hand:
             return "by hand"
         return f"? {row.confidence:.0%} sure" if row.doubtful else ""
+    by_hand = ", by hand" if row.by_hand else ""
+    return f"{_missing(row, first_day)}{by_hand}"
+
+
+def _missing(row: PairRow, first_day: str) -> str:
     words = {Presence.FALLEN: "fallen", Presence.NOT_SEEN: "not seen", None: "not seen before"}
     if row.one is None:
         missing = words.get(row.presences[0], IN_ANOTHER)

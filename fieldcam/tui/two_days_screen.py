@@ -32,7 +32,7 @@ TOO_FEW = "There are no two accepted pictures of this cluster to compare yet."
 HINT = "1-9: the chosen one (>) is this one on the other side; 0: it is not there."
 NO_OTHER_DAYS = "This cluster has no pictures of other days."
 NO_OTHER_VIEWS = "There are no other pictures of these days."
-NOTHING = "These two are not one of each picture."
+NOTHING = "These two are not one of each picture: a match needs one on either side."
 TALL = 36
 """Rows of the window from which on the table gets more room."""
 
@@ -132,6 +132,9 @@ class TwoDaysScreen(ClusterPage):
         pairs = self._pairs
         if not pairs:
             return
+        if number and all(row.number != number for row in self._rows):
+            self.hear(News(f"There is no fruitlet {number} in these two pictures.", bad=True))
+            return
         word = said_word(self._rows, self._number, number, pairs[self._pair])
         if word is None:
             self.hear(News(NOTHING, bad=True))
@@ -151,7 +154,8 @@ class TwoDaysScreen(ClusterPage):
     def _rows(self) -> tuple[PairRow, ...]:
         if self._followed is None or not self._pairs:
             return ()
-        return pair_rows(self._followed.tracks, self._pairs[self._pair])
+        followed, pair = self._followed, self._pairs[self._pair]
+        return pair_rows(followed.tracks, pair, followed.rows.words)
 
     @property
     def _row(self) -> int:
