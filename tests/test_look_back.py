@@ -134,6 +134,23 @@ def test_marks_go_to_the_picture_that_is_shown(past: Past) -> None:
     assert asked == [("king", capture, 2), ("add_by_hand", capture, 9.5), ("undo_fruit", 11)]
 
 
+def test_a_picture_without_a_decision_is_decided_on_walk(past: Past) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(past.state)
+        await driven.press("v", "enter")
+        assert "decided on already" in driven.text
+        await driven.tell(replace(past.state, tag_id=22))
+        assert "not decided: Enter goes to Walk" in driven.text
+        await driven.press("enter")
+        assert driven.text.startswith(" Walk")
+        earlier = replace(past.state.route, visit="another")
+        await driven.tell(replace(past.state, tag_id=22, route=earlier))
+        await driven.press("v", "enter")
+        assert "This picture is of another visit" in driven.text
+
+    assert drive(SMALL, script).walk.asked == [("go_to", 22)]
+
+
 def test_what_was_marked_is_shown(past: Past) -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(past.state)

@@ -38,6 +38,8 @@ from fieldcam.words import letter_of, number_of
 
 NO_PICTURE = "There is no picture of this cluster yet."
 NO_OTHER = "There is no other picture of this cluster."
+DECIDED = "This picture is decided on already."
+OTHER_VISIT = "This picture is of another visit: only those of this walk can be decided on."
 NO_FRUITLET = "No fruitlet of this cluster was found in this picture."
 
 
@@ -73,6 +75,7 @@ class ClusterScreen(ClusterPage):
         *ONWARD,
         Binding("up", "choose(-1)", "Fruitlet above", show=False),
         Binding("down", "choose(1)", "Fruitlet below", show=False),
+        Binding("enter", "decide", "Decide", show=False),
         Binding("k", "king", "King", show=False),
         Binding("m", "add_by_hand", "Add", show=False),
         Binding("c", "caliper", "Size"),
@@ -122,6 +125,19 @@ class ClusterScreen(ClusterPage):
     def on_picture_view_picked(self, event: PictureView.Picked) -> None:
         self.query_one(SizesView).pick(event.place.fruitlet)
         self._point()
+
+    def action_decide(self) -> None:
+        """On Walk, where all that speaks for and against a picture is said."""
+        shown, state = self._shown, self.state
+        if shown is None or state is None or self.tag_id is None:
+            self.hear(News(NO_PICTURE))
+        elif shown.record.action is not None:
+            self.hear(News(DECIDED))
+        elif shown.record.visit != state.route.visit:
+            self.hear(News(OTHER_VISIT))
+        else:
+            self.walk.go_to(self.tag_id)
+            self.app.pop_screen()
 
     def action_king(self) -> None:
         if (found := self._chosen()) is not None:

@@ -27,7 +27,7 @@ DECIDED = {
     Action.ACCEPT: "accepted",
     Action.RETAKE: "to be taken again",
     Action.DISCARD: "discarded",
-    None: "not decided",
+    None: "not decided: Enter goes to Walk",
 }
 MARKED = {
     MarkKind.FALLEN: "fallen",
