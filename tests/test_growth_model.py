@@ -16,6 +16,7 @@ from fieldcam.growth.crop import CropPlan, Verdict, crop_forecast
 from fieldcam.growth.forecast import Forecast, State, forecast, trend
 from fieldcam.growth.influence import influences
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
+from fieldcam.growth.size_order import in_size_order
 from fieldcam.growth.visits import BlockVisit, chosen_interval, visits_of
 from fieldcam.simulator.plan import Block
 
@@ -28,6 +29,10 @@ ONE: dict[str, tuple[dict[int, Known], State]] = {
     "faster than half the reference": ({0: 8.0, 4: 10.1}, State.PERSIST),
     "a tie": ({0: 8.1, 4: 10.1}, State.ABSCISE),
     "shrunk": ({0: 8.0, 4: 7.0}, State.ABSCISE),
+    "shrunk by a slip of the pen": ({0: 80.0, 4: 9.0}, State.ABSCISE),
+    "as fast as fruit grows": ({0: 8.0, 4: 18.0}, State.PERSIST),
+    "faster than fruit grows": ({0: 8.0, 4: 18.1}, State.IGNORED),
+    "faster, then fallen": ({0: 8.0, 2: 18.1, 4: FALLEN}, State.FALLEN),
     "fallen": ({0: 8.0, 4: FALLEN}, State.FALLEN),
     "fallen, then hidden": ({0: 8.0, 2: FALLEN, 4: NOT_SEEN}, State.FALLEN),
     "taken for fallen, but seen again": ({0: 8.0, 2: FALLEN, 4: 12.0}, State.PERSIST),
@@ -45,7 +50,8 @@ def test_each_fruitlet_has_one_state(known: dict[int, Known], state: State) -> N
     block = made_block([*fast_ones(), made_fruitlet(2, "it", known)])
     found = forecast(block, on(0), on(4))
     assert state_of(found, "it") is state
-    assert found.reference.rate_mm_per_day == pytest.approx(1.0)
+    fastest = 1.075 if known == {0: 8.0, 4: 18.0} else 1.0
+    assert found.reference.rate_mm_per_day == pytest.approx(fastest)
 
 
 def test_counts_and_percent() -> None:
@@ -133,6 +139,23 @@ def test_initial_and_ignored_ones_are_as_many_for_all_visits() -> None:
     assert {each.counts.initial + each.ignored for each in found} == {23}
 
 
+def test_a_slip_of_the_pen_changes_nothing_for_the_others() -> None:
+    others = [
+        made_fruitlet(tag, name, {0: 8.0, 4: 8.5 + tag / 9})
+        for tag in range(2, 12)
+        for name in "abc"
+    ]
+    right = forecast(made_block(others), on(0), on(4))
+    slip = made_fruitlet(2, "d", {0: 8.0, 4: 95.0})
+    for block in (made_block([*others, slip]), in_size_order(made_block([*others, slip]))):
+        found = forecast(block, on(0), on(4))
+        assert (found.reference.rate_mm_per_day, found.ignored, found.set_pct) == (
+            right.reference.rate_mm_per_day,
+            1,
+            right.set_pct,
+        )
+
+
 @pytest.mark.parametrize(
     ("first", "last", "written"),
     [
@@ -149,7 +172,7 @@ def test_a_visit_is_called_by_all_its_days(first: date, last: date, written: str
 
 @pytest.mark.parametrize("source", Source)
 def test_sizes_far_from_all_others_are_ignored_where_a_camera_took_them(source: Source) -> None:
-    block = made_block([*fast_ones(40), made_fruitlet(2, "it", {0: 8.0, 4: 40.0})], source)
+    block = made_block([*fast_ones(40), made_fruitlet(2, "it", {0: 8.0, 4: 17.9})], source)
     state = state_of(forecast(block, on(0), on(4)), "it")
     assert state is (State.IGNORED if source is Source.CAMERA else State.PERSIST)
 
@@ -160,6 +183,10 @@ REFUSED: dict[str, tuple[list[FruitletRecord], str]] = {
     "all fallen": (
         [made_fruitlet(1, name, {0: 8.0, 4: FALLEN}) for name in "ab"],
         "No fruitlet of block Gala has a size both on 2026-05-10 and on 2026-05-14: all 2 have",
+    ),
+    "all too fast": (
+        [made_fruitlet(1, name, {0: 8.0, 1: 10.6}) for name in "ab"],
+        "All fruitlets of block Gala that have a size both on 2026-05-10 and on 2026-05-11 grew",
     ),
     "none seen again": (
         [made_fruitlet(1, "a", {0: 8.0, 4: NOT_SEEN})],
@@ -206,11 +233,11 @@ def test_agrees_with_the_rule_of_the_spreadsheets(pairs: list[tuple[float, float
     persist = sum(g is not None and g * 2 * len(fastest) > max(sum(fastest), 0) for g in grown)
     block = made_block(
         [
-            made_fruitlet(i % 9, str(i), {0: before, 4: FALLEN if after is None else after})
+            made_fruitlet(i % 9, str(i), {0: before, 8: FALLEN if after is None else after})
             for i, (before, after) in enumerate(pairs)
         ]
     )
-    found = forecast(block, on(0), on(4))
+    found = forecast(block, on(0), on(8))
     assert found.counts.persist == persist
     assert found.set_pct == pytest.approx(100 * persist / len(pairs))
 

@@ -12,6 +12,8 @@ from fieldcam.growth.visits import BlockVisit, visits_of
 
 OUTLIER_Z = 3.0
 """Sizes this far from their visit's mean are left out (paper, "Fruitlet Sizing")."""
+MOST_MM_PER_DAY = 2.5
+"""No fruitlet grows faster: one of its two sizes is wrong, or they are of two fruitlets."""
 _HANGING = (Presence.SIZED, Presence.SEEN)
 _RATE_DIGITS = 9
 
@@ -29,6 +31,11 @@ class Growth:
         """Rounded where binary fractions end, so that a tie of written sizes is a tie."""
         return round((self.end_mm - self.start_mm) / self.days, _RATE_DIGITS)
 
+    @property
+    def impossible(self) -> bool:
+        """Shrinking never is: what the tree gives up shrinks, and calipers slip."""
+        return self.rate_mm_per_day > MOST_MM_PER_DAY
+
 
 @dataclass(frozen=True, slots=True)
 class Followed:
@@ -36,11 +43,12 @@ class Followed:
 
     fruitlet: FruitletRecord
     growth: Growth | None
-    """Where both sizes are known and none is an outlier."""
+    """Where both sizes are known, none is an outlier, and it is possible."""
     new: bool
     """It was not there on the block's first visit."""
     ignored: bool
-    """It has no size up to the first of the two visits, or one that is an outlier."""
+    """It has no size up to the first of the two visits, one that is an outlier, or two that
+    no growth explains."""
     fallen: bool
     hangs: bool
     """It was seen on the second of the two visits."""
@@ -66,20 +74,23 @@ def _followed(
     outlier: bool,
 ) -> Followed:
     fallen = _last_certain(fruitlet, end.days[-1]) is Presence.FALLEN
+    growth = None if fallen else growth_between(fruitlet, start, end)
+    wrong = outlier or (growth is not None and growth.impossible)
     began = first.sighting(fruitlet)
     ended = end.sighting(fruitlet)
     return Followed(
         fruitlet,
-        growth=None if outlier or fallen else _growth(fruitlet, start, end),
+        growth=None if wrong else growth,
         new=began is None or began[1].presence not in _HANGING,
-        ignored=outlier or not _sized_by(fruitlet, start.days[-1]),
+        ignored=wrong or not _sized_by(fruitlet, start.days[-1]),
         fallen=fallen,
         hangs=ended is not None and ended[1].presence in _HANGING,
         sized_at_start=_size(fruitlet, start) is not None,
     )
 
 
-def _growth(fruitlet: FruitletRecord, start: BlockVisit, end: BlockVisit) -> Growth | None:
+def growth_between(fruitlet: FruitletRecord, start: BlockVisit, end: BlockVisit) -> Growth | None:
+    """From its two sizes, whatever they are; None where one is not known."""
     before, after = _size(fruitlet, start), _size(fruitlet, end)
     if before is None or after is None:
         return None

@@ -16,7 +16,7 @@ from statistics import median
 import numpy as np
 
 from fieldcam.errors import BadInput
-from fieldcam.growth.following import Followed, follow
+from fieldcam.growth.following import MOST_MM_PER_DAY, Followed, follow, growth_between
 from fieldcam.growth.noise import NOISE
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
 from fieldcam.growth.reference import FASTEST, Reference, mean_of_fastest
@@ -36,7 +36,7 @@ class State(StrEnum):
     NEW = "new"
     """It was first seen after the block's first visit, and is not among the initial ones."""
     IGNORED = "ignored"
-    """It has no first size, or an outlier; it is not among the initial ones."""
+    """It has no first size, an outlier, or impossible growth; it is not among the initial ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +100,8 @@ class Forecast:
     def ignored(self) -> int:
         """Fruitlets of the first visit that are not among the initial ones.
 
-        They have no size up to the first of the two visits, or an outlier: together with
-        them the initial ones are as many for all pairs of visits.
+        They have no size up to the first of the two visits, an outlier, or two sizes that no
+        growth explains: together with them the initial ones are as many for all pairs of visits.
         """
         return sum(each.state is State.IGNORED for each in self.fruitlets)
 
@@ -127,10 +127,7 @@ def forecast(block: BlockRecord, start: date, end: date) -> Forecast:
     followed = follow(block, before, after)
     growth = [each.growth for each in followed if each.growth is not None]
     if not growth:
-        raise BadInput(
-            f"No fruitlet of block {block.name} has a size both on {before} and on"
-            f" {after}: {_why_none(followed)}."
-        )
+        raise BadInput(_why_none(block, followed, before, after))
     resampled = resample(followed, NOISE[block.source])
     rates = np.array([each.rate_mm_per_day for each in growth])
     reference = _reference(block.source, rates, resampled)
@@ -194,8 +191,19 @@ def _state(followed: Followed, rate: float | None, cutoff_mm_per_day: float) -> 
     return State.PERSIST if rate > cutoff_mm_per_day else State.ABSCISE
 
 
-def _why_none(followed: Sequence[Followed]) -> str:
+def _why_none(
+    block: BlockRecord, followed: Sequence[Followed], start: BlockVisit, end: BlockVisit
+) -> str:
+    grown = [growth_between(each.fruitlet, start, end) for each in followed]
+    if any(growth is not None and growth.impossible for growth in grown):
+        return (
+            f"All fruitlets of block {block.name} that have a size both on {start} and on {end}"
+            f" grew more than {MOST_MM_PER_DAY} mm/day. Are the sizes in mm, and the dates right?"
+        )
     fallen = sum(each.fallen for each in followed)
-    if followed and fallen == len(followed):
-        return f"all {fallen} have fallen"
-    return f"{fallen} of {len(followed)} have fallen, the others were not seen or not sized"
+    all_fell = f"all {fallen} have fallen"
+    some = f"{fallen} of {len(followed)} have fallen, the others were not seen or not sized"
+    return (
+        f"No fruitlet of block {block.name} has a size both on {start} and on {end}:"
+        f" {all_fell if followed and fallen == len(followed) else some}."
+    )

@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from statistics import mean
 
-from fieldcam.growth.forecast import Forecast
+from fieldcam.growth.following import MOST_MM_PER_DAY, growth_between
+from fieldcam.growth.forecast import Forecast, FruitletForecast, State
+from fieldcam.growth.records import FruitletRecord
 from fieldcam.growth.reference import FASTEST
 from fieldcam.growth.sprays import Spray, last_spray
 from fieldcam.growth.tag_warnings import (
@@ -24,7 +26,7 @@ LEAST_DAYS_AFTER_SPRAY = 9
 FEWEST_CLUSTERS = 50
 MOST_NOT_SEEN = 0.1
 REFERENCE_MM_PER_DAY = (0.3, 1.5)
-GROWTH_MM_PER_DAY = (-1.0, 2.5)
+LEAST_MM_PER_DAY = -1.0
 MOST_APART_POINTS = 3.0
 Check = Callable[[Forecast], str | None]
 
@@ -155,18 +157,31 @@ def _odd_reference(found: Forecast) -> str | None:
 
 
 def _odd_growth(found: Forecast) -> str | None:
-    low, high = GROWTH_MM_PER_DAY
-    odd = [
-        f"fruitlet {each.fruitlet.fruitlet} of cluster {each.fruitlet.tag_id}"
+    fast = [each.fruitlet for each in found.fruitlets if _too_fast(each, found)]
+    shrunk = [
+        each.fruitlet
         for each in found.fruitlets
-        if each.rate_mm_per_day is not None and not low <= each.rate_mm_per_day <= high
+        if each.rate_mm_per_day is not None and each.rate_mm_per_day < LEAST_MM_PER_DAY
     ]
-    if not odd:
-        return None
-    return (
-        f"{number_of(len(odd), 'fruitlet')} grew less than {low:.0f} or more than {high} mm/day,"
-        f" which no fruitlet does: {named(odd)}."
-    )
+    sentences = [
+        f"{number_of(len(odd), 'fruitlet')} grew {limit} mm/day, which no fruitlet does;"
+        f" {counted}: {named(list(map(_name, odd)))}."
+        for odd, limit, counted in (
+            (fast, f"more than {MOST_MM_PER_DAY}", "left out, since a size must be wrong"),
+            (shrunk, f"less than {LEAST_MM_PER_DAY:.0f}", "counted as abscising"),
+        )
+        if odd
+    ]
+    return " ".join(sentences) or None
+
+
+def _too_fast(each: FruitletForecast, found: Forecast) -> bool:
+    growth = growth_between(each.fruitlet, found.start, found.end)
+    return each.state is State.IGNORED and growth is not None and growth.impossible
+
+
+def _name(fruitlet: FruitletRecord) -> str:
+    return f"fruitlet {fruitlet.fruitlet} of cluster {fruitlet.tag_id}"
 
 
 def _first_interval(found: Forecast) -> str | None:
