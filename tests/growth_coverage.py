@@ -71,12 +71,14 @@ def trial(case: Case, seed: int) -> Trial:
     found = forecast(
         measured_block(block, measuring, seed), day_date(case.start), day_date(case.end)
     )
+    of_trees = found.interval90_trees_pct
+    assert of_trees is not None
     return Trial(
         variety.persist_share,
         true_set_pct(block, case.start, case.end),
         found.set_pct,
         found.interval90_pct,
-        found.interval90_trees_pct,
+        of_trees,
     )
 
 

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from checked_pages import words_of
 from growth_coverage import Case, coverage, trial
 from made_records import NOT_SEEN, fast_ones, made_block, made_fruitlet, on
 from planned_blocks import Measuring, day_date, measured_block
 
+from fieldcam.cli.growth_words import growth_lines
+from fieldcam.exchange.growth_report import growth_report
+from fieldcam.growth.crop import CropPlan
 from fieldcam.growth.forecast import forecast
+from fieldcam.growth.outlook import outlook
 from fieldcam.growth.records import Source
 from fieldcam.growth.resampling import interval90
+from fieldcam.report.growth_page import growth_page
 from fieldcam.simulator.plan import Block
+from fieldcam.tui.growth_words import verdict_lines
 
 
 @pytest.mark.parametrize("source", Source)
@@ -26,10 +33,37 @@ def test_equal_sizes_give_equal_intervals(source: Source) -> None:
 def test_what_holds_for_all_trees_is_less_certain(seed: int) -> None:
     block = measured_block(Block.plan(seed, 70), Measuring(Source.CAMERA, (0, 4)), seed)
     found = forecast(block, day_date(0), day_date(4))
+    assert found.interval90_trees_pct is not None
     (low, high), (lowest, highest) = found.interval90_pct, found.interval90_trees_pct
     assert low <= found.set_pct <= high
     assert lowest <= found.set_pct <= highest
     assert highest - lowest > high - low > 0.5
+
+
+@pytest.mark.parametrize("clusters", [2, 3, 5, 8])
+@pytest.mark.parametrize("source", Source)
+def test_of_few_clusters_all_trees_are_no_more_certain(clusters: int, source: Source) -> None:
+    for seed in range(61, 67):
+        block = measured_block(Block.plan(seed, clusters), Measuring(source, (0, 4)), seed)
+        found = forecast(block, day_date(0), day_date(4))
+        (low, high), of_trees = found.interval90_pct, found.interval90_trees_pct
+        assert of_trees is not None and of_trees[0] <= low and high <= of_trees[1]
+
+
+def test_one_cluster_says_nothing_of_other_trees() -> None:
+    here = [made_fruitlet(1, str(k), {0: 8.0, 4: 8.0 + k}) for k in range(4)]
+    away = [made_fruitlet(2, str(k), {0: 8.0, 4: NOT_SEEN}) for k in range(4)]
+    growth = outlook(made_block([*here, *away]), made_block(here), plan=CropPlan(40, 100))
+    assert growth.found.interval90_trees_pct is None
+    assert growth.crop is not None
+    assert growth.crop.interval90_fruit is None and growth.crop.verdict is None
+    told = growth_report(growth, ())
+    assert told["interval90_trees_pct"] is None and told["crop"]["verdict"] is None
+    assert told["crop"]["interval90_fruit_per_tree"] is None
+    text = "\n".join(growth_lines(growth, ()))
+    assert "one cluster cannot say" in text and "target" not in text
+    assert "one cluster" in words_of(growth_page(growth, ()))
+    assert not {"[", "]"} & set("".join(verdict_lines(growth, 40)))
 
 
 def test_the_noise_does_not_push_the_reference_up() -> None:

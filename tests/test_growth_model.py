@@ -288,6 +288,7 @@ def test_the_verdict_is_that_of_the_interval(
 ) -> None:
     found = forecast(planned, day_date(4), day_date(8))
     crop = crop_forecast(found, CropPlan(200.0, target))
+    assert crop.interval90_fruit is not None
     low, high = crop.interval90_fruit
     assert crop.verdict is verdict
     assert low < crop.fruit < high

@@ -36,6 +36,8 @@ def growth_lines(growth: Outlook, notes: Sequence[str]) -> Iterator[str]:
 
 
 def _fruit_line(crop: CropForecast) -> str:
+    if crop.interval90_fruit is None:
+        return f"Fruit per tree: {crop.fruit:.0f}, as far as one cluster can say."
     line = f"Fruit per tree: {crop.fruit:.0f} ({_span(crop.interval90_fruit, 0)})"
     return f"{line}; {crop.against_target}." if crop.against_target else f"{line}."
 
@@ -43,7 +45,10 @@ def _fruit_line(crop: CropForecast) -> str:
 def _number_lines(growth: Outlook) -> Iterator[str]:
     found = growth.found
     counts, reference = found.counts, found.reference
-    yield f"On all trees like these: {_span(found.interval90_trees_pct)} %."
+    if found.interval90_trees_pct is None:
+        yield "On all trees like these: one cluster cannot say."
+    else:
+        yield f"On all trees like these: {_span(found.interval90_trees_pct)} %."
     yield f"Matched by size order alone: {growth.by_size_order.set_pct:.1f} %."
     if growth.days_since_spray is not None:
         since = number_of(growth.days_since_spray, "day")

@@ -9,6 +9,7 @@ from fieldcam.growth.crop import CropForecast
 from fieldcam.growth.forecast import Forecast, FruitletForecast
 from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.outlook import Outlook
+from fieldcam.growth.resampling import Interval
 
 
 def growth_report(growth: Outlook, notes: Sequence[str]) -> Json:
@@ -37,7 +38,7 @@ def growth_report(growth: Outlook, notes: Sequence[str]) -> Json:
         "not_seen": counts.not_seen,
         "set_pct_of_initial": found.set_pct,
         "interval90_pct": list(found.interval90_pct),
-        "interval90_trees_pct": list(found.interval90_trees_pct),
+        "interval90_trees_pct": _interval(found.interval90_trees_pct),
         "warnings": [{"code": each.code, "text": each.text} for each in growth.warnings],
         "notes": list(notes),
         "measured_by": found.block.source,
@@ -59,7 +60,7 @@ def _crop(crop: CropForecast) -> Json:
         "bloom_clusters_per_tree": crop.plan.bloom_clusters,
         "target_fruit_per_tree": crop.plan.target_fruit,
         "fruit_per_tree": crop.fruit,
-        "interval90_fruit_per_tree": list(crop.interval90_fruit),
+        "interval90_fruit_per_tree": _interval(crop.interval90_fruit),
         "fruit_per_tree_by_potential": crop.fruit_by_potential,
         "verdict": crop.verdict,
     }
@@ -73,8 +74,12 @@ def _set(found: Forecast) -> Json:
     return {
         "set_pct_of_initial": found.set_pct,
         "interval90_pct": list(found.interval90_pct),
-        "interval90_trees_pct": list(found.interval90_trees_pct),
+        "interval90_trees_pct": _interval(found.interval90_trees_pct),
     }
+
+
+def _interval(interval: Interval | None) -> list[float] | None:
+    return None if interval is None else list(interval)
 
 
 def _cluster(cluster: ClusterInfluence) -> Json:

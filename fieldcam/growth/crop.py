@@ -45,24 +45,26 @@ class CropForecast:
 
     plan: CropPlan
     fruit: float
-    interval90_fruit: Interval
+    interval90_fruit: Interval | None
+    """None where one cluster is all that is known: it says nothing of the other ones."""
     fruit_by_potential: float
     """The set times FRUITLETS_PER_BLOOM_CLUSTER for each bloom cluster, as Malusim shows it;
     too high where clusters carry fewer."""
 
     @property
     def verdict(self) -> Verdict | None:
-        """None without a target."""
-        target, (low, high) = self.plan.target_fruit, self.interval90_fruit
-        if target is None:
+        """None without a target, or without an interval."""
+        target, interval = self.plan.target_fruit, self.interval90_fruit
+        if target is None or interval is None:
             return None
+        low, high = interval
         if low > target:
             return Verdict.TOO_MANY
         return Verdict.TOO_FEW if high < target else Verdict.ON_TARGET
 
     @property
     def against_target(self) -> str:
-        """The verdict for the end of a sentence; empty without a target."""
+        """The verdict for the end of a sentence; empty without one."""
         if self.verdict is None:
             return ""
         return _AGAINST_TARGET[self.verdict].format(self.plan.target_fruit)
@@ -81,6 +83,6 @@ def crop_forecast(found: Forecast, plan: CropPlan) -> CropForecast:
     return CropForecast(
         plan,
         fruit=fruit,
-        interval90_fruit=interval90(resampled, fruit),
+        interval90_fruit=interval90(resampled, fruit) if found.judged_clusters > 1 else None,
         fruit_by_potential=plan.bloom_clusters * FRUITLETS_PER_BLOOM_CLUSTER * share,
     )

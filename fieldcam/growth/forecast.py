@@ -39,6 +39,9 @@ class State(StrEnum):
     """It has no first size, an outlier, or impossible growth; it is not among the initial ones."""
 
 
+_JUDGED = (State.PERSIST, State.ABSCISE, State.FALLEN)
+
+
 @dataclass(frozen=True, slots=True)
 class FruitletForecast:
     """One fruitlet; `rate_mm_per_day` is None without two sizes that count."""
@@ -111,9 +114,21 @@ class Forecast:
         return interval90(self.resampled.set_of_tagged_pct, self.set_pct)
 
     @property
-    def interval90_trees_pct(self) -> Interval:
-        """Of the set on all trees: the sampling of clusters added."""
-        return interval90(self.resampled.set_of_trees_pct, self.set_pct)
+    def interval90_trees_pct(self) -> Interval | None:
+        """Of the set on all trees: the sampling of clusters added.
+
+        None where one cluster is all that is known: nothing says how others differ.
+        """
+        if self.judged_clusters < 2:
+            return None
+        low, high = interval90(self.resampled.set_of_trees_pct, self.set_pct)
+        of_tagged = self.interval90_pct
+        return min(low, of_tagged[0]), max(high, of_tagged[1])
+
+    @property
+    def judged_clusters(self) -> int:
+        """Clusters of whose initial fruitlets the model can say something."""
+        return len({each.fruitlet.tag_id for each in self.fruitlets if each.state in _JUDGED})
 
 
 def forecast(block: BlockRecord, start: date, end: date) -> Forecast:

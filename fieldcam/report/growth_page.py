@@ -91,15 +91,23 @@ def _verdict(growth: Outlook) -> Html:
     found, crop = growth.found, growth.crop
     of_first = (
         f"{found.set_pct:.0f} % of the first fruitlets will stay"
-        f" (90 % interval {_span(found.interval90_trees_pct)} %)"
+        f" ({_span(found.interval90_pct)} %; on all trees {_of_trees(found)})"
     )
     if crop is None:
         return element("p", f"{of_first}.", "verdict open")
+    if crop.interval90_fruit is None:
+        text = f"{crop.fruit:.0f} fruit per tree, as far as one cluster can say: {of_first}."
+        return element("p", text, "verdict open")
     fruit = f"{crop.fruit:.0f} fruit per tree (90 % interval {_span(crop.interval90_fruit)})"
     if crop.verdict is None:
         return element("p", f"{fruit}: {of_first}.", "verdict open")
     text = f"{fruit}, {crop.against_target}. {of_first}."
     return element("p", text, f"verdict {LOOKS[crop.verdict]}")
+
+
+def _of_trees(found: Forecast) -> str:
+    interval = found.interval90_trees_pct
+    return "unknown from one cluster" if interval is None else f"{_span(interval)} %"
 
 
 def _counts(growth: Outlook) -> Html:
@@ -112,7 +120,7 @@ def _counts(growth: Outlook) -> Html:
         ["of these, without a size on both visits, left out", str(counts.not_seen)],
         ["besides these, without a first size or with an odd one", str(found.ignored)],
         ["Set of the tagged clusters", f"{found.set_pct:.1f} % ({_span(found.interval90_pct)} %)"],
-        ["Set of all trees like them", f"{_span(found.interval90_trees_pct)} %"],
+        ["Set of all trees like them", _of_trees(found)],
         [f"Reference, the fastest ({reference.n})", f"{reference.rate_mm_per_day:.2f} mm/day"],
         ["Cutoff", f"{reference.cutoff_mm_per_day:.2f} mm/day"],
         ["Set if matched by size order", f"{growth.by_size_order.set_pct:.1f} %"],

@@ -37,7 +37,8 @@ def trend_plot(
 ) -> Html:
     """A forecast at each visit after the first: fruit per tree with a plan, else the set.
 
-    Bars are 90 % intervals of all trees like the tagged ones; `trend` is not empty.
+    Bars are 90 % intervals of all trees like the tagged ones, none where one cluster is all
+    that is known; `trend` is not empty.
     """
 
     def draw(figure: Figure) -> None:
@@ -98,9 +99,14 @@ def rate_histogram(found: Forecast) -> Html:
 
 def _steps(trend: Sequence[Forecast], plan: CropPlan | None) -> tuple[list[float], list[Interval]]:
     if plan is None:
-        return [step.set_pct for step in trend], [step.interval90_trees_pct for step in trend]
-    crops = [crop_forecast(step, plan) for step in trend]
-    return [crop.fruit for crop in crops], [crop.interval90_fruit for crop in crops]
+        values = [step.set_pct for step in trend]
+        known = [step.interval90_trees_pct for step in trend]
+    else:
+        crops = [crop_forecast(step, plan) for step in trend]
+        values = [crop.fruit for crop in crops]
+        known = [crop.interval90_fruit for crop in crops]
+    intervals = [each or (value, value) for value, each in zip(values, known, strict=True)]
+    return values, intervals
 
 
 def _mark_sprays(axes: Axes, sprays: Sequence[date]) -> None:

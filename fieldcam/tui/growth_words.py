@@ -31,17 +31,22 @@ def heading(growth: Outlook) -> str:
 def verdict_lines(growth: Outlook, width: int) -> Iterator[str]:
     """The prediction against the target, and a bar of it `width` columns wide."""
     found, crop = growth.found, growth.crop
+    trees = found.interval90_trees_pct
     yield (
         f"{found.set_pct:.0f} % of the first fruitlets will stay ({span(found.interval90_pct)} %;"
-        f" on all trees {span(found.interval90_trees_pct)} %)"
+        f" on all trees {_of_trees(trees)})"
     )
     if crop is None:
         yield NO_BLOOM
-        yield gauge(found.set_pct, found.interval90_trees_pct, None, 100.0, width)
+        yield gauge(found.set_pct, trees, None, 100.0, width)
         return
-    yield f"{crop.fruit:.0f} fruit a tree ({span(crop.interval90_fruit)}){_against(crop)}"
-    target, high = crop.plan.target_fruit, crop.interval90_fruit[1]
-    yield gauge(crop.fruit, crop.interval90_fruit, target, 1.2 * max(high, target or 0.0), width)
+    target, interval = crop.plan.target_fruit, crop.interval90_fruit
+    if interval is None:
+        yield f"{crop.fruit:.0f} fruit a tree, as far as one cluster can say"
+    else:
+        yield f"{crop.fruit:.0f} fruit a tree ({span(interval)}){_against(crop)}"
+    most = 1.2 * max(crop.fruit, interval[1] if interval else 0.0, target or 0.0)
+    yield gauge(crop.fruit, interval, target, most, width)
 
 
 def number_lines(growth: Outlook) -> Iterator[str]:
@@ -82,7 +87,9 @@ def cluster_lines(set_pct: float, clusters: Sequence[ClusterInfluence]) -> Itera
         yield " ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
 
 
-def gauge(value: float, interval: Interval, target: float | None, most: float, width: int) -> str:
+def gauge(
+    value: float, interval: Interval | None, target: float | None, most: float, width: int
+) -> str:
     """From 0 to `most`: the interval in brackets, the prediction a block, the target a T."""
     room = max(8, width)
 
@@ -90,7 +97,8 @@ def gauge(value: float, interval: Interval, target: float | None, most: float, w
         return min(max(0, round(at / most * (room - 1))), room - 1) if most > 0 else 0
 
     cells = ["─"] * room
-    for at, glyph in ((interval[0], "["), (interval[1], "]"), (value, BLOCK), (target, "T")):
+    low, high = interval or (None, None)
+    for at, glyph in ((low, "["), (high, "]"), (value, BLOCK), (target, "T")):
         if at is not None:
             cells[column(at)] = glyph
     return "".join(cells)
@@ -99,6 +107,10 @@ def gauge(value: float, interval: Interval, target: float | None, most: float, w
 def span(interval: Interval) -> str:
     """Such as 38 to 49."""
     return f"{interval[0]:.0f} to {interval[1]:.0f}"
+
+
+def _of_trees(interval: Interval | None) -> str:
+    return "unknown from one cluster" if interval is None else f"{span(interval)} %"
 
 
 def _against(crop: CropForecast) -> str:
