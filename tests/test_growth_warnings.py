@@ -99,6 +99,18 @@ def test_a_visit_with_half_the_clusters_is_said() -> None:
     assert ": 50 of 100 fruitlets;" in texts["many_not_seen"]
 
 
+@pytest.mark.parametrize("source", Source)
+def test_an_empty_first_cell_of_a_table_is_said(source: Source) -> None:
+    late = [made_fruitlet(1, name, {4: 11.0, 8: 14.0}) for name in ("late", "later")]
+    other = made_fruitlet(60, "a", {4: 11.0, 8: 14.0})
+    block = made_block([*many_clusters(), *late, other], source)
+    told = {w.code: w.text for w in warnings_about(forecast(block, on(4), on(8)))}
+    if source is Source.CAMERA:
+        assert "no_first_size" not in told
+    else:
+        assert "2 fruitlets (fruitlet late of cluster 1, fruitlet later" in told["no_first_size"]
+
+
 def test_pictures_that_are_not_read_are_no_missing_measurements() -> None:
     block = replace(made_block(many_clusters()), unread={on(8): 1, on(12): 6})
     found = forecast(block, on(4), on(8))

@@ -8,7 +8,7 @@ from statistics import mean
 
 from fieldcam.growth.following import MOST_MM_PER_DAY, growth_between
 from fieldcam.growth.forecast import Forecast, FruitletForecast, State
-from fieldcam.growth.records import FruitletRecord
+from fieldcam.growth.records import FruitletRecord, Source
 from fieldcam.growth.reference import FASTEST
 from fieldcam.growth.sprays import Spray, last_spray
 from fieldcam.growth.tag_warnings import (
@@ -145,6 +145,24 @@ def _clusters_added(found: Forecast) -> str | None:
     )
 
 
+def _no_first_size(found: Forecast) -> str | None:
+    """An empty cell was perhaps forgotten; what a camera sees later was often hidden."""
+    first = visits_of(found.block)[0]
+    if found.block.source is not Source.CALIPERS:
+        return None
+    late = [
+        _name(each.fruitlet)
+        for each in found.fruitlets
+        if each.state is State.NEW and each.fruitlet.tag_id in first.clusters
+    ]
+    if not late:
+        return None
+    return (
+        f"Without a size on the first visit ({first}), and so not counted:"
+        f" {number_of(len(late), 'fruitlet')} ({named(late)})."
+    )
+
+
 def _odd_reference(found: Forecast) -> str | None:
     low, high = REFERENCE_MM_PER_DAY
     rate = found.reference.rate_mm_per_day
@@ -226,6 +244,7 @@ _CHECKS: dict[str, Check] = {
     "clusters_missed": _clusters_missed,
     "unread_pictures": _unread_pictures,
     "clusters_added": _clusters_added,
+    "no_first_size": _no_first_size,
     "odd_reference": _odd_reference,
     "odd_growth": _odd_growth,
     "mixed_up_clusters": mixed_up_clusters,
