@@ -139,6 +139,27 @@ def test_initial_and_ignored_ones_are_as_many_for_all_visits() -> None:
     assert {each.counts.initial + each.ignored for each in found} == {23}
 
 
+@pytest.mark.parametrize(
+    ("missed", "left", "fallen"),
+    [
+        ({0: 8.0, 4: 10.0}, {0: 8.0, 4: FALLEN}, 0),
+        ({0: 8.0, 8: 12.0}, {0: 8.0, 8: FALLEN}, 0),
+        ({0: 8.0, 8: FALLEN}, {0: 8.0, 8: FALLEN}, 0),
+        ({0: 8.0, 4: FALLEN}, {0: 8.0, 4: FALLEN}, 2),
+        ({0: 8.0, 4: 10.0, 8: NOT_SEEN}, {0: 8.0, 4: FALLEN}, 1),
+    ],
+    ids=["at the end", "at the start", "and fell", "all fell before", "visited but hidden"],
+)
+def test_a_cluster_that_was_missed_leaves_as_a_whole(
+    missed: dict[int, Known], left: dict[int, Known], fallen: int
+) -> None:
+    fast = [made_fruitlet(1, str(i), {0: 8.0, 4: 12.0, 8: 16.0}) for i in range(20)]
+    cluster = [made_fruitlet(2, "a", missed), made_fruitlet(2, "b", left)]
+    found = forecast(made_block([*fast, *cluster]), on(4), on(8))
+    assert (found.counts.fallen, found.counts.not_seen) == (fallen, 2 - fallen)
+    assert found.set_pct == pytest.approx(100 * 20 / (20 + fallen))
+
+
 def test_a_slip_of_the_pen_changes_nothing_for_the_others() -> None:
     others = [
         made_fruitlet(tag, name, {0: 8.0, 4: 8.5 + tag / 9})

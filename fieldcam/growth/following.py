@@ -50,6 +50,7 @@ class Followed:
     """It has no size up to the first of the two visits, one that is an outlier, or two that
     no growth explains."""
     fallen: bool
+    """False where its cluster was missed: it leaves both counts with the others of it."""
     hangs: bool
     """It was seen on the second of the two visits."""
     sized_at_start: bool
@@ -59,8 +60,16 @@ def follow(block: BlockRecord, start: BlockVisit, end: BlockVisit) -> tuple[Foll
     """Every fruitlet of which something is known up to `end`."""
     first = visits_of(block)[0]
     outliers = _outliers(block, start) | _outliers(block, end)
+    missed = _missed(block, start) | _missed(block, end)
     return tuple(
-        _followed(fruitlet, first, start, end, (fruitlet.tag_id, fruitlet.fruitlet) in outliers)
+        _followed(
+            fruitlet,
+            first,
+            start,
+            end,
+            outlier=(fruitlet.tag_id, fruitlet.fruitlet) in outliers,
+            missed=fruitlet.tag_id in missed,
+        )
         for fruitlet in block.fruitlets
         if any(day <= end.days[-1] for day in fruitlet.sightings)
     )
@@ -72,8 +81,9 @@ def _followed(
     start: BlockVisit,
     end: BlockVisit,
     outlier: bool,
+    missed: bool,
 ) -> Followed:
-    fallen = _last_certain(fruitlet, end.days[-1]) is Presence.FALLEN
+    fallen = not missed and _fell_by(fruitlet, end.days[-1])
     growth = None if fallen else growth_between(fruitlet, start, end)
     wrong = outlier or (growth is not None and growth.impossible)
     began = first.sighting(fruitlet)
@@ -108,6 +118,22 @@ def _sized_by(fruitlet: FruitletRecord, day: date) -> bool:
     return any(
         seen.presence is Presence.SIZED for on, seen in fruitlet.sightings.items() if on <= day
     )
+
+
+def _missed(block: BlockRecord, visit: BlockVisit) -> frozenset[int]:
+    """Clusters that were not visited though something may have hung on them.
+
+    Of those, only what fell before would be known, which is no sample of the cluster.
+    """
+    return frozenset(
+        each.tag_id
+        for each in block.fruitlets
+        if each.tag_id not in visit.clusters and not _fell_by(each, visit.days[-1])
+    )
+
+
+def _fell_by(fruitlet: FruitletRecord, day: date) -> bool:
+    return _last_certain(fruitlet, day) is Presence.FALLEN
 
 
 def _last_certain(fruitlet: FruitletRecord, day: date) -> Presence | None:
