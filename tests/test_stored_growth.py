@@ -67,6 +67,22 @@ def test_pictures_that_wait_to_be_read_are_told(capsys: Capture, field: Path) ->
     assert told["unread_pictures"].startswith("Pictures of 3 clusters are stored and not read (2")
 
 
+def test_pictures_that_nobody_accepted_are_told(capsys: Capture, field: Path) -> None:
+    with small_store(field) as store:
+        walk = MadeWalk(store)
+        visit = walk.visit(LATER_DAYS)
+        for tag in (12, 21, 21, 22):
+            walk.read(walk.take(visit, tag).key, tag)
+        turned_down = walk.take(visit, 23).key
+        walk.read(turned_down, 23)
+        store.append(Decision(turned_down, Action.DISCARD))
+    _, out, _ = run(capsys, "growth", "--data", field, "--json")
+    told = {each["code"]: each["text"] for each in json.loads(out)["warnings"]}
+    assert told["undecided_pictures"].startswith(
+        "Pictures of 2 clusters are stored and read, but not accepted (2 on"
+    )
+
+
 def test_the_page_shows_each_cluster_with_its_picture(
     capsys: Capture, field: Path, tmp_path: Path
 ) -> None:

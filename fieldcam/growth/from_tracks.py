@@ -32,6 +32,7 @@ def camera_record(
     clusters: Iterable[TrackedCluster],
     tree_of: Mapping[int, str] | None = None,
     unread: Mapping[date, int] | None = None,
+    undecided: Mapping[date, int] | None = None,
 ) -> BlockRecord:
     """All clusters of a block; fruitlets are called 1, 2 ... in each."""
     fruitlets: list[FruitletRecord] = []
@@ -48,6 +49,7 @@ def camera_record(
         tuple(fruitlets),
         dict(tree_of or {}),
         dict(unread or {}),
+        dict(undecided or {}),
     )
 
 

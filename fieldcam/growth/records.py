@@ -76,3 +76,5 @@ class BlockRecord:
     """Label of the tree by tag, where it is known."""
     unread: Mapping[date, int] = field(default_factory=dict)
     """Clusters with pictures that were stored and are not read, by their day."""
+    undecided: Mapping[date, int] = field(default_factory=dict)
+    """Clusters with pictures that were read, none of which was accepted yet, by their day."""

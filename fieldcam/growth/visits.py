@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, timedelta
 
@@ -87,7 +87,9 @@ def chosen_interval(
     if len(visits) < 2:
         raise BadInput(
             f"Block {block.name} has {_counted(visits)}; growth needs two.",
-            unread_pictures(block) or f"Measure it {_still_to_do(visits)}.",
+            unread_pictures(block)
+            or undecided_pictures(block)
+            or f"Measure it {_still_to_do(visits)}.",
         )
     last = visits[-1] if end is None else visit_on(block, end)
     if start is not None:
@@ -111,10 +113,20 @@ def unread_pictures(block: BlockRecord) -> str | None:
     """A sentence on what was photographed and is not known yet; None where all was read."""
     if not block.unread:
         return None
-    days = ", ".join(f"{count} on {day}" for day, count in sorted(block.unread.items()))
+    return f"{_pictures_of(block.unread, 'not read')}: nothing is known of them yet."
+
+
+def undecided_pictures(block: BlockRecord) -> str | None:
+    """A sentence on what was read and not accepted yet; None where all was decided."""
+    if not block.undecided:
+        return None
+    return f"{_pictures_of(block.undecided, 'read, but not accepted')}: they are left out."
+
+
+def _pictures_of(clusters: Mapping[date, int], how: str) -> str:
+    days = ", ".join(f"{count} on {day}" for day, count in sorted(clusters.items()))
     return (
-        f"Pictures of {number_of(sum(block.unread.values()), 'cluster')} are stored and not read"
-        f" ({days}): nothing is known of them yet."
+        f"Pictures of {number_of(sum(clusters.values()), 'cluster')} are stored and {how} ({days})"
     )
 
 

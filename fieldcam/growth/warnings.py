@@ -18,7 +18,7 @@ from fieldcam.growth.tag_warnings import (
     other_clusters,
     tags_changed,
 )
-from fieldcam.growth.visits import LEAST_DAYS, unread_pictures, visits_of
+from fieldcam.growth.visits import LEAST_DAYS, undecided_pictures, unread_pictures, visits_of
 from fieldcam.words import number_of
 
 LEAST_START_MM = 6.0
@@ -135,6 +135,10 @@ def _unread_pictures(found: Forecast) -> str | None:
     return unread_pictures(found.block)
 
 
+def _undecided_pictures(found: Forecast) -> str | None:
+    return undecided_pictures(found.block)
+
+
 def _clusters_added(found: Forecast) -> str | None:
     added = (found.start.clusters | found.end.clusters) - visits_of(found.block)[0].clusters
     if not added:
@@ -243,6 +247,7 @@ _CHECKS: dict[str, Check] = {
     "many_not_seen": _many_not_seen,
     "clusters_missed": _clusters_missed,
     "unread_pictures": _unread_pictures,
+    "undecided_pictures": _undecided_pictures,
     "clusters_added": _clusters_added,
     "no_first_size": _no_first_size,
     "odd_reference": _odd_reference,

@@ -21,7 +21,7 @@ from fieldcam.growth.records import BlockRecord
 from fieldcam.growth.sprays import Spray
 from fieldcam.session.growing import ClusterRows, followed_cluster, tracks_of
 from fieldcam.store.blocks import settings, sprays, tree_of_tags, trees
-from fieldcam.store.counted import unread_clusters
+from fieldcam.store.counted import undecided_clusters, unread_clusters
 from fieldcam.store.lookups import row_of
 from fieldcam.store.orchard_rows import Setting
 from fieldcam.store.rows import EntryId
@@ -89,6 +89,7 @@ def block_record(
         (each.tracked[method] for each in known),
         tree_of_tags(database, block),
         unread_clusters(database, block),
+        undecided_clusters(database, block),
     )
 
 

@@ -89,6 +89,26 @@ def unread_clusters(database: Database, block: EntryId) -> dict[date, int]:
     return {date.fromisoformat(row["day"]): row["clusters"] for row in found}
 
 
+def undecided_clusters(database: Database, block: EntryId) -> dict[date, int]:
+    """How many clusters of a day have pictures that were read and wait for a
+    decision, and none that was accepted; by rising days.
+
+    Pictures that show no tag count as one cluster each.
+    """
+    found = rows(
+        database,
+        "SELECT day, count(*) AS clusters FROM ("
+        " SELECT visit.day AS day FROM capture_now AS capture"
+        " JOIN visit ON visit.id = capture.visit"
+        " WHERE visit.block = ? AND capture.reading IS NOT NULL"
+        " GROUP BY visit.day, coalesce(capture.tag_id, capture.id)"
+        " HAVING max(capture.action IS NULL) AND NOT max(capture.action IS 'accept')"
+        ") GROUP BY day ORDER BY day",
+        block,
+    )
+    return {date.fromisoformat(row["day"]): row["clusters"] for row in found}
+
+
 def association_words(
     database: Database, readings: Iterable[EntryId]
 ) -> tuple[AssociationWord, ...]:
