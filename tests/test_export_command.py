@@ -9,8 +9,10 @@ from pathlib import Path
 import pytest
 from called_commands import Capture, assert_one_sentence, run
 from grown_walks import DAYS, grown_field
+from stored_walks import small_store
 
 from fieldcam.errors import ExitCode
+from fieldcam.store.orchard_rows import Block
 
 
 @pytest.fixture
@@ -54,6 +56,27 @@ def test_the_table_has_a_column_for_each_visit(
     heading = next(csv.reader(out.read_text().splitlines()))
     assert heading[:3] == ["tree", "cluster", "fruit"]
     assert heading[3 : 3 + len(DAYS)] == [f"diam.{day}" for day in DAYS]
+
+
+def test_without_a_name_it_is_the_block_that_growth_takes(
+    capsys: Capture, field: Path, tmp_path: Path
+) -> None:
+    with small_store(field) as store:
+        store.visit(store.block(Block("East", "Home", "Gala", 2026)), DAYS[1])
+    out = tmp_path / "north.csv"
+    assert "of block North" in run(capsys, "export", "wide", out, "--data", field)[2]
+    empty = run(capsys, "export", "wide", tmp_path / "e.csv", "--block", "East", "--data", field)
+    assert_one_sentence(*empty, ExitCode.BAD_INPUT)
+    assert "nothing to export" in empty[2] and not (tmp_path / "e.csv").exists()
+
+
+def test_it_takes_no_other_files_place(capsys: Capture, field: Path, tmp_path: Path) -> None:
+    """A table of calipers may have the same name, and there is only one of it."""
+    out = tmp_path / "north.csv"
+    out.write_text("precious")
+    done = run(capsys, "export", "wide", out, "--data", field)
+    assert_one_sentence(*done, ExitCode.BAD_INPUT)
+    assert "there already" in done[2] and out.read_text() == "precious"
 
 
 @pytest.mark.parametrize(

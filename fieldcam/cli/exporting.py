@@ -11,11 +11,13 @@ from fieldcam.cli.arguments import Parser, Subparsers, add_command, name
 from fieldcam.cli.console import narrate
 from fieldcam.cli.progress import progress
 from fieldcam.cli.stored_block import stored_block
+from fieldcam.errors import BadInput
 from fieldcam.words import number_of
 
 if TYPE_CHECKING:
     from fieldcam.growth.records import BlockRecord
 
+_BLOCK = "a stored block (the newest with two visits)"
 WHY_CSV = "it is a table for spreadsheets"
 
 
@@ -24,14 +26,14 @@ def register(commands: Subparsers[Parser]) -> None:
     shapes = parser.add_subparsers(title="shapes", metavar="SHAPE", required=True)
     wide = add_command(shapes, "wide", "a row for each fruitlet, a column for each visit", _wide)
     wide.add_argument("out", type=Path, metavar="OUT", help="the CSV file to write")
-    wide.add_argument("--block", type=name, metavar="NAME", help="a stored block (the newest)")
+    wide.add_argument("--block", type=name, metavar="NAME", help=_BLOCK)
 
 
 def _wide(arguments: argparse.Namespace) -> None:
     from fieldcam.exchange.calipers import wide_table
-    from fieldcam.exchange.targets import check_target, write_target
+    from fieldcam.exchange.targets import check_new_target, write_target
 
-    check_target(arguments.out, ".csv", WHY_CSV)
+    check_new_target(arguments.out, ".csv", WHY_CSV)
     record = _followed(arguments)
     write_target(arguments.out, wide_table(record).encode())
     narrate(
@@ -50,8 +52,12 @@ def _followed(arguments: argparse.Namespace) -> BlockRecord:
 
     method = Association.GEOMETRY
     with closing(open_read_only(data_path(arguments.data))) as store:
-        block = stored_block(store.database, arguments.block)
+        block = stored_block(store.database, arguments.block, visits=2)
         rows = block_rows(store.database, block.id)
+        if not rows:
+            raise BadInput(
+                f"Block {block.name} has no accepted picture: there is nothing to export."
+            )
         known = known_clusters(store.database, rows, {}, (method,))
         followed = tuple(progress(known, len(rows), "cluster"))
         return block_record(store.database, block.id, followed, method)
