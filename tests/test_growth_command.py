@@ -115,6 +115,8 @@ def test_the_text_begins_with_what_it_means(capsys: Capture, calipers: Path) -> 
         ("--dates", "2026-05-10,2026-05-14"),
         ("--dates", ","),
         ("--target", "60"),
+        ("--associate", "geometry"),
+        ("--same-day", "larger"),
         ("--bloom-clusters", "-1"),
     ],
 )

@@ -200,6 +200,14 @@ def test_too_soon_after_a_spray(days: tuple[int, ...], said: bool) -> None:
     assert ("soon_after_spray" in told) is said
 
 
+@pytest.mark.parametrize(("day", "said"), [(8, False), (9, True)])
+def test_a_spray_after_the_visits_is_said(day: int, said: bool) -> None:
+    found = forecast(made_block(many_clusters()), on(4), on(8))
+    told = {each.code: each.text for each in warnings_about(found, [Spray(on(day))])}
+    assert ("sprayed_since" in told) is said
+    assert str(on(day)) in told.get("sprayed_since", "") or not said
+
+
 @pytest.mark.parametrize(("fallen", "said"), [(3, False), (4, True)])
 def test_a_size_order_forecast_that_is_far_away(fallen: int, said: bool) -> None:
     block = made_block(fast_ones(100))

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from fieldcam.store.blocks import BlockSummary
     from fieldcam.store.read_only import ReadOnlyStore
 
+_METHOD = Association.GEOMETRY
+_SAME_DAY = SizeRule.LARGER
 WHY_HTML = "the report is a page"
 SIMULATED = "The captures are simulated."
 
@@ -58,15 +60,13 @@ def register(commands: Subparsers[Parser]) -> None:
         "--associate",
         type=Association,
         choices=list(Association),
-        default=Association.GEOMETRY,
-        help="how fruitlets are followed from picture to picture (%(default)s)",
+        help=f"how fruitlets are followed from picture to picture ({_METHOD})",
     )
     parser.add_argument(
         "--same-day",
         type=SizeRule,
         choices=list(SizeRule),
-        default=SizeRule.LARGER,
-        help="which size counts where two pictures of a day show a fruitlet (%(default)s)",
+        help=f"which size counts where two pictures of a day show a fruitlet ({_SAME_DAY})",
     )
     parser.add_argument(
         "--from", dest="start", type=day, metavar="DATE", help="the first of the two visits"
@@ -124,6 +124,7 @@ def _of_table(arguments: argparse.Namespace) -> _Told:
     from fieldcam.growth.size_order import in_size_order
     from fieldcam.growth.sprays import Spray
 
+    _refuse_picture_options(arguments)
     plan = _plan(arguments)
     table = read_calipers(arguments.calipers, arguments.dates)
     record = replace(table.record, name=arguments.block or table.record.name)
@@ -146,10 +147,11 @@ def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockS
     from fieldcam.session.growing import block_rows
     from fieldcam.store.folder import DataKind
 
-    method: Association = arguments.associate
+    method: Association = arguments.associate or _METHOD
+    same_day: SizeRule = arguments.same_day or _SAME_DAY
     methods = tuple(dict.fromkeys((method, *COMPARED)))
     rows = block_rows(store.database, block.id)
-    followed = known_clusters(store.database, rows, {}, methods, arguments.same_day)
+    followed = known_clusters(store.database, rows, {}, methods, same_day)
     known = tuple(progress(followed, len(rows), "cluster"))
     between = arguments.start, arguments.end
     growth = block_outlook(store.database, block.id, known, method, between)
@@ -195,6 +197,14 @@ def _refuse_table_options(arguments: argparse.Namespace) -> None:
                 f"{option} goes with --calipers.",
                 "Of a stored block Set-up (E) in the app says it.",
             )
+
+
+def _refuse_picture_options(arguments: argparse.Namespace) -> None:
+    """A table names its fruit, and has one size of each on a day."""
+    given = {"--associate": arguments.associate, "--same-day": arguments.same_day}
+    for option, value in given.items():
+        if value is not None:
+            raise BadInput(f"{option} goes with stored pictures, not with --calipers.")
 
 
 def _plan(arguments: argparse.Namespace) -> CropPlan | None:

@@ -57,6 +57,8 @@ def _warnings(
             yield Warning(code, text)
     if text := _soon_after_spray(found, sprays):
         yield Warning("soon_after_spray", text)
+    if text := _sprayed_since(found, sprays):
+        yield Warning("sprayed_since", text)
     if by_size_order is not None and (text := _apart(found, by_size_order)):
         yield Warning("size_order_differs", text)
 
@@ -225,6 +227,16 @@ def _soon_after_spray(found: Forecast, sprays: Sequence[Spray]) -> str | None:
     return (
         f"The last spray was {number_of(since, 'day')} before the second visit; its effect shows"
         f" after about {LEAST_DAYS_AFTER_SPRAY} days."
+    )
+
+
+def _sprayed_since(found: Forecast, sprays: Sequence[Spray]) -> str | None:
+    since = sorted({each.sprayed_on for each in sprays if each.sprayed_on > found.end.days[-1]})
+    if not since:
+        return None
+    return (
+        f"Sprayed after the second visit ({', '.join(map(str, since))}): the forecast knows nothing"
+        " of what that does. Is the date right?"
     )
 
 

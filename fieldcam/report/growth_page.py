@@ -12,7 +12,7 @@ from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.records import Source
 from fieldcam.growth.reference import FASTEST, PERSISTS_ABOVE
 from fieldcam.growth.resampling import Interval
-from fieldcam.growth.visits import BlockVisit
+from fieldcam.growth.visits import BlockVisit, visits_of
 from fieldcam.report.growth_plots import rate_histogram, trend_plot
 from fieldcam.report.page import (
     Html,
@@ -71,7 +71,7 @@ def growth_page(
 
 def _occasion(growth: Outlook) -> str:
     found = growth.found
-    clusters = len({each.fruitlet.tag_id for each in found.fruitlets})
+    clusters = len(visits_of(found.block)[0].clusters)
     return (
         f"Growth from {_visit(found.start)} to {_visit(found.end)} ({found.days:g} days),"
         f" measured by {MEASURED_BY[found.block.source]}; {number_of(clusters, 'cluster')},"
