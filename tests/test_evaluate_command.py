@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -37,6 +38,22 @@ def caliper_table(
             ]
     path.write_text("\n".join(lines) + "\n")
     return path
+
+
+def test_clusters_that_only_one_side_has_are_named(
+    capsys: Capture, field: Path, tmp_path: Path
+) -> None:
+    table = caliper_table(tmp_path / "calipers.csv")
+    rows = table.read_text().splitlines()
+    kept = [re.sub(r",12,(\d),.*", r",99,\1,9.0", row) for row in rows]
+    table.write_text("\n".join(kept) + "\n")
+    _, out, _ = run(
+        capsys, "evaluate", "--data", field, "--block", "North", "--calipers", table, "--json"
+    )
+    found = json.loads(out)
+    (note,) = [note for note in found["notes"] if "forecasts" in note]
+    assert "not in the block: 99" in note and "not in the table: 12" in note
+    assert found["readings"][0]["end_to_end"][0]["aapd_pct"] == 0.0
 
 
 def test_the_document_has_the_papers_figures(capsys: Capture, field: Path, tmp_path: Path) -> None:

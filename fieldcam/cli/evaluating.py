@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from contextlib import closing
 from dataclasses import replace
 from datetime import date
@@ -82,16 +82,20 @@ def _evaluated(
 ) -> Evaluation:
     from fieldcam.growth.evaluation.evaluating import Evaluation, score_readings
     from fieldcam.session.evaluating import (
+        clusters_of_one,
         named_clusters,
         seconds_per_cluster,
         typed_otherwise,
     )
+    from fieldcam.session.growing import block_rows
     from fieldcam.store.blocks import visits
     from fieldcam.store.folder import DataKind
 
     calipers = replace(table.record, name=block.name)
     days = [v.day for v in visits(store.database, block.id) if v.accepted]
-    forecasts = _Forecasts(calipers, days)
+    photographed = frozenset(rows.tag_id for rows in block_rows(store.database, block.id))
+    measured = frozenset(each.tag_id for each in calipers.fruitlets)
+    forecasts = _Forecasts(calipers, days, photographed & measured)
     clusters = named_clusters(store.database, block.id)
     readings = score_readings("stored readings", clusters, calipers, forecasts.persist_pct)
     if not any(pair.shown and pair.calipers_mm is not None for pair in readings.pairs):
@@ -101,7 +105,12 @@ def _evaluated(
             "Name the fruitlets on the Cluster screen as the table does.",
         )
     others = (_by_sgbm(arguments, store, block, calipers, forecasts),) if arguments.sgbm else ()
-    notes = (*table.notes, typed_otherwise(store.database, block.id, calipers), *forecasts.whys)
+    notes = (
+        *table.notes,
+        clusters_of_one(photographed, measured),
+        typed_otherwise(store.database, block.id, calipers),
+        *forecasts.whys,
+    )
     return Evaluation(
         block.name,
         forecasts.persist_pct(calipers),
@@ -138,13 +147,16 @@ def _by_sgbm(
 
 
 class _Forecasts:
-    """Forecasts from the newest two visits that camera and calipers share."""
+    """Forecasts from the newest two visits and the clusters that camera and calipers share."""
 
-    def __init__(self, calipers: BlockRecord, photographed: Sequence[date]) -> None:
+    def __init__(
+        self, calipers: BlockRecord, photographed: Sequence[date], shared_tags: Set[int]
+    ) -> None:
         from fieldcam.growth.visits import chosen_interval
 
         self.whys: list[str] = []
         """Why there is none, a sentence each."""
+        self._shared_tags = shared_tags
         self._interval: tuple[date, date] | None = None
         shared = tuple(day for day in calipers.visits if day in photographed)
         try:
@@ -157,11 +169,12 @@ class _Forecasts:
 
     def persist_pct(self, block: BlockRecord) -> float | None:
         from fieldcam.growth.forecast import forecast
+        from fieldcam.growth.records import of_clusters
 
         if self._interval is None:
             return None
         try:
-            return forecast(block, *self._interval).set_pct
+            return forecast(of_clusters(block, self._shared_tags), *self._interval).set_pct
         except BadInput as error:
             if error.message not in self.whys:
                 self.whys.append(error.message)

@@ -6,8 +6,8 @@ Calipers and cameras both end here, so that the model knows only one kind of inp
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field, replace
 from datetime import date
 from enum import StrEnum
 
@@ -78,3 +78,12 @@ class BlockRecord:
     """Clusters with pictures that were stored and are not read, by their day."""
     undecided: Mapping[date, int] = field(default_factory=dict)
     """Clusters with pictures that were read, none of which was accepted yet, by their day."""
+
+
+def of_clusters(block: BlockRecord, tags: Set[int]) -> BlockRecord:
+    """The block as if only these clusters had been measured."""
+    return replace(
+        block,
+        visited={day: frozenset(visited & tags) for day, visited in block.visited.items()},
+        fruitlets=tuple(each for each in block.fruitlets if each.tag_id in tags),
+    )

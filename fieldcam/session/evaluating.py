@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 
 from sqlite_utils import Database
 
@@ -50,6 +50,16 @@ def typed_otherwise(database: Database, block: EntryId, table: BlockRecord) -> s
         f"Caliper sizes typed at the tags: {other} with another value in the table, {missing} not"
         " in it at all; only the table counts here."
     )
+
+
+def clusters_of_one(photographed: Set[int], measured: Set[int]) -> str:
+    """A sentence on clusters that only the pictures have, or only the table; empty without."""
+    only = (
+        ("tags of the table that are not in the block", measured - photographed),
+        ("tags of the block that are not in the table", photographed - measured),
+    )
+    told = [f"{what}: {', '.join(map(str, sorted(tags)))}" for what, tags in only if tags]
+    return f"Left out of both forecasts, {'; '.join(told)}." if told else ""
 
 
 def seconds_per_cluster(database: Database, block: EntryId) -> dict[str, Seconds]:
