@@ -156,6 +156,8 @@ def _in_front_of(slave: int, master: int, run: Callable[[], object]) -> None:
         os.close(slave)
         os.close(master)
         sys.stdin, sys.stdout, sys.stderr = (os.fdopen(n, mode) for n, mode in enumerate("rww"))
+        for size in ("COLUMNS", "LINES"):
+            os.environ.pop(size, None)  # of another terminal; they would come before this one's
         run()
         status = 0
     except SystemExit as end:
