@@ -1,6 +1,6 @@
 """How often the intervals of a forecast hold the truth, on simulated blocks.
 
-`make coverage` prints the table of docs/quality.md. For each block the interval of its
+`make coverage` prints the table of docs/growth.md. For each block the interval of its
 tagged clusters has to hold the model's set on their noise-free sizes, and the interval of
 all trees what blocks of the same variety have on average: the parabola through the
 noise-free sets of all blocks over the share of persisting fruitlets, which is all in which
