@@ -16,7 +16,6 @@ from fieldcam.store.days import BlockDay, block_days
 from fieldcam.store.durations import LONGEST_S
 from fieldcam.store.walks import ClusterState, Stop
 from fieldcam.tui.histogram import histogram
-from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 from fieldcam.tui.route_screen import WORDS
 
@@ -65,11 +64,6 @@ class BlockScreen(Page):
         self._list_missing([s for s in state.route.stops if s.state is not ClusterState.ACCEPTED])
         block = state.route.block
         self.look_up(state.folder, lambda database: block_days(database, block), self._write)
-
-    def hear(self, told: News) -> None:
-        line = self.query_one("#said", Static)
-        line.update(told.sentence)
-        line.set_class(told.bad, "-bad")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         if event.option_id is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from sqlite_utils import Database
 from textual.binding import Binding
-from textual.widgets import Static
 
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
@@ -31,11 +30,6 @@ class ClusterPage(Page):
         """What is shown."""
         self.tags: tuple[int, ...] = ()
         """All that could be."""
-
-    def hear(self, told: News) -> None:
-        line = self.query_one("#said", Static)
-        line.update(told.sentence)
-        line.set_class(told.bad, "-bad")
 
     def action_other_tag(self, by: int) -> None:
         if self.state is None or not self.tags:

@@ -32,7 +32,6 @@ from fieldcam.tui.device_words import (
     disk_fact,
     model_facts,
 )
-from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 
 PICTURES = 10
@@ -79,11 +78,6 @@ class DeviceScreen(Page):
             return equipment(database, state.folder)
 
         self.look_up(state.folder, read, lambda found: self._found(state, found))
-
-    def hear(self, told: News) -> None:
-        line = self.query_one("#said", Static)
-        line.update(told.sentence)
-        line.set_class(told.bad, "-bad")
 
     def action_restart(self) -> None:
         self.walk.restart_analysis()

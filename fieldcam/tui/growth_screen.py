@@ -34,7 +34,6 @@ from fieldcam.tui.growth_words import (
     verdict_lines,
 )
 from fieldcam.tui.messages import LookedUp
-from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 
 KnownBlocks = dict[EntryId, dict[int, KnownCluster]]
@@ -103,11 +102,6 @@ class GrowthScreen(Page):
         super().on_resize(event)
         if self._growth is not None:
             self.call_after_refresh(self._write, self._growth)
-
-    def hear(self, told: News) -> None:
-        line = self.query_one("#said", Static)
-        line.update(told.sentence)
-        line.set_class(told.bad, "-bad")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         if event.option_id is not None:

@@ -72,7 +72,10 @@ class Frame(Screen[None]):
         self.query_one("#disk").set_class(low, "-bad")
 
     def hear(self, told: News) -> None:
-        """Say what came of a command, where the screen has a place for it."""
+        """Say what came of a command, where the screen has a line for it."""
+        for line in self.query("#said").results(Static):
+            line.update(told.sentence)
+            line.set_class(told.bad, "-bad")
 
     @work(thread=True, exclusive=True, group="store", exit_on_error=False)
     def look_up(

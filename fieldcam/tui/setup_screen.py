@@ -15,7 +15,6 @@ from textual.widgets.option_list import Option
 from fieldcam.session.setting_up import SetUp, SetUpState
 from fieldcam.tui.buttons import BigButton
 from fieldcam.tui.messages import Heard
-from fieldcam.tui.news import News
 from fieldcam.tui.page import Frame
 from fieldcam.tui.setup_questions import Change, Questions, carried_out
 from fieldcam.tui.setup_telling import Subject, lines
@@ -70,11 +69,6 @@ class SetUpScreen(Frame):
             for line in lines(state)
         )
         options.highlighted = place or 0
-
-    def hear(self, told: News) -> None:
-        said = self.query_one("#said", Static)
-        said.update(told.sentence)
-        said.set_class(told.bad, "-bad")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         if self.state is not None and event.option_id is not None:

@@ -95,9 +95,7 @@ class WalkScreen(AtCluster):
         )
 
     def hear(self, told: News) -> None:
-        said = self.query_one("#said", Words)
-        said.update(told.sentence)
-        said.set_class(told.bad, "-bad")
+        super().hear(told)
         self._unsaved = told.sentence if told.unsaved else ""
 
     def ask(self, sentence: str, command: Callable[[], None]) -> None:
