@@ -140,9 +140,29 @@ def forecast(block: BlockRecord, start: date, end: date) -> Forecast:
     if before.first >= after.first:
         raise BadInput(f"The visit of {after.first} is not after that of {before.first}.")
     followed = follow(block, before, after)
-    growth = [each.growth for each in followed if each.growth is not None]
-    if not growth:
+    if not _any_grew(followed):
         raise BadInput(_why_none(block, followed, before, after))
+    return _forecast(block, before, after, followed)
+
+
+def trend(block: BlockRecord) -> tuple[Forecast, ...]:
+    """A forecast at each visit that has one, from it and the best visit to compare it with."""
+    found = []
+    for start, end in intervals(visits_of(block)):
+        followed = follow(block, start, end)
+        if _any_grew(followed):
+            found.append(_forecast(block, start, end, followed))
+    return tuple(found)
+
+
+def _any_grew(followed: Sequence[Followed]) -> bool:
+    return any(each.growth is not None for each in followed)
+
+
+def _forecast(
+    block: BlockRecord, before: BlockVisit, after: BlockVisit, followed: Sequence[Followed]
+) -> Forecast:
+    growth = [each.growth for each in followed if each.growth is not None]
     resampled = resample(followed, NOISE[block.source])
     rates = np.array([each.rate_mm_per_day for each in growth])
     reference = _reference(block.source, rates, resampled)
@@ -157,15 +177,6 @@ def forecast(block: BlockRecord, start: date, end: date) -> Forecast:
         fruitlets=fruitlets,
         resampled=resampled,
     )
-
-
-def trend(block: BlockRecord) -> tuple[Forecast, ...]:
-    """A forecast at each visit that has one, from it and the best visit to compare it with."""
-    found = []
-    for start, end in intervals(visits_of(block)):
-        if any(each.growth is not None for each in follow(block, start, end)):
-            found.append(forecast(block, start.first, end.first))
-    return tuple(found)
 
 
 def counts_of(fruitlets: Sequence[FruitletForecast]) -> Counts:
