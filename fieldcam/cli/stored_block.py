@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from fieldcam.cli.console import narrate
@@ -24,7 +25,8 @@ def stored_block(database: Database, wanted: str | None, visits: int = 0) -> Blo
     found = {block.id: block for block in blocks(database)}
     if wanted is None:
         newest = [found[key] for key in newest_blocks(database) if key in found]
-        chosen = [block for block in newest if _walked(database, block) >= visits] or newest
+        walked = (block for block in newest if _walked(database, block) >= visits)
+        chosen = [*islice(walked, 1)] or newest
         if len(newest) > 1:
             narrate(f'Of {len(newest)} blocks this is "{chosen[0].name}"; --block names another.')
     else:
