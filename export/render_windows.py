@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from export.wild_scenes import wild_light, wild_plan, wild_scene
 from fieldcam.simulator.capture import Shot, calibration_of, draw_shot, expose
 from fieldcam.simulator.faults import Faults
 from fieldcam.simulator.mesh import F32
@@ -59,14 +60,17 @@ class Window:
         temporary.replace(path)
 
 
-def scene_windows(seed: int) -> Iterator[Window]:
+def scene_windows(seed: int, wild: bool) -> Iterator[Window]:
     """All windows of one random scene."""
     rng = np.random.default_rng([seed, 77])
     block = Block.plan(seed, 1)
-    plan, calibration = block.clusters[0], calibration_of(block)
-    scene = build_scene(plan, float(rng.choice(DAYS)))
+    plan = wild_plan(seed) if wild else block.clusters[0]
+    calibration = calibration_of(block)
+    scene = wild_scene(plan, rng) if wild else build_scene(plan, float(rng.choice(DAYS)))
     for pose_index in range(POSES_PER_SCENE):
         shot = draw_shot(plan, scene, 0, pose_index, calibration, Faults())
+        if wild:
+            shot = replace(shot, light=wild_light(shot.light, rng))
         renderer = Renderer(scene, shot.pose, calibration, shot.light)
         for _ in range(WINDOWS_PER_POSE):
             look = replace(shot, sensor=Sensor.draw(rng), tilt_px=float(rng.normal(0, 0.25)))
@@ -127,6 +131,7 @@ def main() -> None:
     parser.add_argument(
         "--count", type=int, default=1000, help="number of scenes, four windows each"
     )
+    parser.add_argument("--wild", action="store_true", help="looks that the orchard lacks")
     arguments = parser.parse_args()
     cv2.setNumThreads(1)
     os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -135,7 +140,7 @@ def main() -> None:
         last = arguments.out / f"{seed}_{POSES_PER_SCENE * WINDOWS_PER_POSE - 1}.npz"
         if last.exists():
             continue
-        for index, window in enumerate(scene_windows(seed)):
+        for index, window in enumerate(scene_windows(seed, arguments.wild)):
             window.save(arguments.out / f"{seed}_{index}.npz")
 
 

@@ -16,6 +16,15 @@ REFERENCE_MM = 440.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Sun:
+    """A far light, equally strong everywhere that it reaches."""
+
+    place_mm: F32
+    """(3,) in the left eye's frame, some metres away."""
+    strength: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Light:
     """All light of one exposure; strengths are linear, 1 lights white paper fully."""
 
@@ -29,6 +38,7 @@ class Light:
     """(3,) daylight from below."""
     backdrop: F32
     """(h, w, 3) what is seen where nothing is hit, over the whole field of view."""
+    sun: Sun | None = None
 
     @classmethod
     def draw(cls, rng: np.random.Generator, baseline_mm: float, flash: float = 1.0) -> Light:
@@ -69,7 +79,8 @@ class Light:
         diffuse = self.sky * up + self.ground * (1 - up)
         shine = np.zeros(len(points_mm), np.float32)
         thin = np.where(part == Part.LEAF, np.float32(0.35), np.float32(0))
-        for lamp in self.lamps_mm:
+        lights = [*self.lamps_mm, *([self.sun.place_mm] if self.sun else [])]
+        for lamp in lights:
             path = unit(lamp - points_mm)
             cosine = np.einsum("ij,ij->i", outward, path)
             lit = np.where(cosine > 0, cosine, -thin * cosine)
@@ -84,11 +95,14 @@ class Light:
     def _arriving(
         self, caster: RayCaster, lamp_mm: F32, points_mm: F32, facing: npt.NDArray[np.bool_]
     ) -> F32:
-        """Strength of one lamp at points (N, 3); 0 in shadow or turned away."""
+        """Strength of one light at points (N, 3); 0 in shadow or turned away."""
         chosen = np.flatnonzero(facing)
-        path = lamp_mm - points_mm[chosen]
-        squared = np.einsum("ij,ij->i", path, path).clip(60.0**2)
-        bright = self.lamp_strength / len(self.lamps_mm) * REFERENCE_MM**2 / squared
+        if self.sun is not None and lamp_mm is self.sun.place_mm:
+            bright = np.full(len(chosen), self.sun.strength, np.float32)
+        else:
+            path = lamp_mm - points_mm[chosen]
+            squared = np.einsum("ij,ij->i", path, path).clip(60.0**2)
+            bright = self.lamp_strength / len(self.lamps_mm) * REFERENCE_MM**2 / squared
         arriving = np.zeros(len(points_mm), np.float32)
         arriving[chosen] = np.where(caster.blocked(points_mm[chosen], lamp_mm), 0, bright)
         return arriving
