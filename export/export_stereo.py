@@ -143,14 +143,16 @@ def manifest_entry(
 def main(arguments: list[str] | None = None) -> None:
     """Writes the file and its manifest entry, and prints the entry."""
     options = _parser().parse_args(arguments)
+    about: dict[str, Any] = {}
     if options.public is None:
-        network = load_network(options.checkpoint)
+        network, about = load_network(options.checkpoint)
     else:
         config = replace(PUBLIC[options.public], context_norm=Norm(options.context_norm))
         network = load_public(options.checkpoint, config)
     options.out.mkdir(parents=True, exist_ok=True)
     exported = export_onnx(network, options.iterations, options.out / options.name)
-    about = json.loads(options.about.read_text("utf-8")) if options.about else {}
+    if options.about:
+        about |= json.loads(options.about.read_text("utf-8"))
     entry = manifest_entry(exported, network.config, options.iterations, about)
     write_manifest(options.out, entry)
     sys.stdout.write(json.dumps(entry, indent=2) + "\n")

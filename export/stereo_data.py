@@ -31,7 +31,7 @@ SHAPES = ((4, 192), (6, 160))
 RELIST_EVERY = 25
 """Batches after which the folder is looked at again: it may still be filling."""
 
-REDRAW_EVERY = 300
+REDRAW_EVERY = 150
 """Batches after which drawn scenes get new textures, which cost more than a batch."""
 
 
@@ -154,8 +154,11 @@ def _images(images: list[np.ndarray[tuple[int, ...], np.dtype[np.uint8]]]) -> Te
 class StereoBatches(Dataset[StereoBatch]):
     """Batch number n of a training run, always the same for a seed and a folder's content."""
 
-    def __init__(self, folder: Path, seed: int, drawn_share: float) -> None:
+    def __init__(
+        self, folder: Path, seed: int, drawn_share: float, photographs: Path | None = None
+    ) -> None:
         self._folder = folder
+        self._photographs = sorted(photographs.glob("*/images/*.jpg")) if photographs else []
         self._seed = seed
         self._drawn_share = drawn_share
         self._shards: list[Path] = []
@@ -174,7 +177,8 @@ class StereoBatches(Dataset[StereoBatch]):
             self._shards = list_shards(self._folder)
         if number // REDRAW_EVERY != self._drawn:
             self._drawn = number // REDRAW_EVERY
-            self._scenes = LayeredScenes(self._seed + self._drawn)
+            seed = self._seed + self._drawn
+            self._scenes = LayeredScenes(seed, photographs=self._photographs)
         pairs, side = SHAPES[number % len(SHAPES)]
         return to_batch([self._sample(rng, side) for _ in range(pairs)])
 

@@ -14,8 +14,11 @@ from export.stereo_data import StereoBatch
 GAMMA = 0.9
 """Weight of an iteration relative to the next, at the published 16 iterations."""
 
-UNSEEN_WEIGHT = 0.2
-"""Weight of pixels without a match, whose disparity can only be guessed."""
+UNSEEN_WEIGHT = 0.4
+"""Weight of pixels without a match, whose disparity follows from what is around."""
+
+RIGHT_PX = 1.0
+"""An estimate that is off by less, in px of the input, is one to be confident of."""
 
 FRUIT_WEIGHT = 4.0
 """Weight of pixels on fruitlets: smooth, few, and the only ones that are sized."""
@@ -38,7 +41,11 @@ class StereoLoss:
 
 
 def stereo_loss(prediction: StereoPrediction, batch: StereoBatch) -> StereoLoss:
-    """L1 of every iteration, cross-entropy of the confidence and of the correlations."""
+    """L1 of every iteration, cross-entropy of the confidence and of the correlations.
+
+    Confidence is learnt as the chance that the estimate is right, not as the chance
+    that the other eye sees the pixel: behind an edge the surface often goes on.
+    """
     seen = batch.matched * batch.decided
     weight = batch.known * (UNSEEN_WEIGHT + (1 - UNSEEN_WEIGHT) * seen)
     weight = weight * (1 + (FRUIT_WEIGHT - 1) * batch.fruit)
@@ -51,9 +58,9 @@ def stereo_loss(prediction: StereoPrediction, batch: StereoBatch) -> StereoLoss:
             for i, disparity in enumerate(prediction.disparities)
         ]
     ).sum()
-    each = nnf.binary_cross_entropy_with_logits(
-        prediction.confidence, batch.matched, reduction="none"
-    )
+    error = (prediction.disparities[-1].detach() - batch.disparity).abs()
+    right = (batch.known & (error < RIGHT_PX)).float()
+    each = nnf.binary_cross_entropy_with_logits(prediction.confidence, right, reduction="none")
     confidence = (each * batch.decided).sum() / batch.decided.sum().clamp(min=1)
     return StereoLoss(sequence, confidence, matching_loss(prediction.volume, batch))
 

@@ -94,6 +94,8 @@ def _averaged(image: Image, height: int, width: int) -> Image:
 def mirrored_swap(sample: StereoSample) -> StereoSample:
     """The pair seen in a mirror: eyes change places, each turned left to right.
 
+    What only the right eye saw has no truth here, and nothing is decided about it.
+
     The right eye's disparity is found by carrying the left eye's over, then
     refined by two rounds of x = x_right + disparity(x).
     """
@@ -105,8 +107,6 @@ def mirrored_swap(sample: StereoSample) -> StereoSample:
         refined = sample_columns(columns + refined, sample.disparity)
     steady = np.abs(refined - carried) < AGREEMENT_PX
     disparity = np.where(steady, refined, np.nan)
-    hidden = ~cv2.dilate(np.isfinite(carried).astype(np.uint8), np.ones((3, 3))).astype(bool)
-    decided = steady | hidden
     fruit = sample_columns(columns + refined, sample.fruit.astype(np.float32)) > 0.5
     turn = (slice(None), slice(None, None, -1))
     return StereoSample(
@@ -114,7 +114,7 @@ def mirrored_swap(sample: StereoSample) -> StereoSample:
         np.ascontiguousarray(sample.left[turn]),
         np.ascontiguousarray(disparity[turn]),
         np.ascontiguousarray(steady[turn]),
-        np.ascontiguousarray(decided[turn]),
+        np.ascontiguousarray(steady[turn]),
         np.ascontiguousarray((fruit & steady)[turn]),
     )
 

@@ -1,11 +1,14 @@
 """Textured layers at known disparities, drawn in both eyes: no orchard, no renderer.
 
-They keep the network from learning only one renderer's light and surfaces.
+They keep the network from learning only one renderer's light and surfaces. The
+textures are noise, and cut-outs of photographs where there are any: single
+photographs teach matching almost as well as real pairs (Watson et al., ECCV 2020).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -17,6 +20,9 @@ ATLAS_PX = 768
 
 TEXTURES = 24
 """Pictures that the surfaces of one set of scenes are cut from."""
+
+PHOTOGRAPH_SHARE = 0.75
+"""Of these, while there are photographs."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,12 +59,39 @@ def noise_atlas(rng: np.random.Generator) -> Image:
     return np.asarray(np.clip(color + gain * (total - total.mean()), 0, 255), np.uint8)
 
 
+def photograph_atlas(path: Path, rng: np.random.Generator) -> Image | None:
+    """(ATLAS_PX, ATLAS_PX, 3) a photograph, turned and zoomed; nothing where it is damaged."""
+    data = np.fromfile(path, np.uint8)
+    image = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB) if len(data) else None
+    if image is None:
+        return None
+    zoom = float(np.exp(rng.uniform(np.log(0.6), np.log(2.0))))
+    size = (round(image.shape[1] * zoom), round(image.shape[0] * zoom))
+    way = cv2.INTER_AREA if zoom < 1 else cv2.INTER_CUBIC
+    turned = np.rot90(cv2.resize(image, size, interpolation=way), int(rng.integers(4)))
+    height, width = turned.shape[:2]
+    y, x = (int(rng.integers(0, max(n - ATLAS_PX, 0) + 1)) for n in (height, width))
+    part = np.ascontiguousarray(turned[y : y + ATLAS_PX, x : x + ATLAS_PX])
+    below, beside = ATLAS_PX - part.shape[0], ATLAS_PX - part.shape[1]
+    return np.asarray(cv2.copyMakeBorder(part, 0, below, 0, beside, cv2.BORDER_REFLECT), np.uint8)
+
+
+def _texture(photographs: list[Path], rng: np.random.Generator) -> Image:
+    if photographs and rng.random() < PHOTOGRAPH_SHARE:
+        atlas = photograph_atlas(photographs[int(rng.integers(len(photographs)))], rng)
+        if atlas is not None:
+            return atlas
+    return noise_atlas(rng)
+
+
 class LayeredScenes:
     """Draws random scenes; the costly textures are made once."""
 
-    def __init__(self, seed: int, textures: int = TEXTURES) -> None:
+    def __init__(
+        self, seed: int, textures: int = TEXTURES, photographs: list[Path] | None = None
+    ) -> None:
         rng = np.random.default_rng(seed)
-        self._textures = [noise_atlas(rng) for _ in range(textures)]
+        self._textures = [_texture(photographs or [], rng) for _ in range(textures)]
 
     def draw(self, rng: np.random.Generator, size: int, search_px: float) -> StereoSample:
         """A (size, size) pair whose disparities lie mostly within +-search_px."""
@@ -73,7 +106,7 @@ class LayeredScenes:
         return StereoSample(left, right, disparity, same | ~inside, decided, ~decided)
 
     def _layers(self, rng: np.random.Generator, size: int, search_px: float) -> list[_Layer]:
-        count = int(rng.integers(4, 14))
+        count = int(rng.integers(4, 26))
         spread = search_px * rng.uniform(0.3, 1.0)
         middle = rng.uniform(-0.4, 0.4) * search_px
         bases = np.sort(np.clip(middle + rng.normal(0, spread / 2, count), -search_px, search_px))

@@ -14,6 +14,7 @@ import torch
 from torch import nn
 
 from export.raft import RaftConfig, RaftStereo
+from export.weights_file import WeightsError, load_tensors, save_tensors
 
 WARM_UP_SHARE = 0.03
 FINAL_RATE_SHARE = 0.02
@@ -31,9 +32,9 @@ class Progress:
 class TrainingState:
     """Network, averaged network, optimiser and progress."""
 
-    def __init__(self, config: RaftConfig, peak_rate: float, seed: int) -> None:
+    def __init__(self, network: RaftStereo, peak_rate: float, seed: int) -> None:
         torch.manual_seed(seed)
-        self.model = RaftStereo(config)
+        self.model = network.requires_grad_(True)
         self.average = copy.deepcopy(self.model).eval().requires_grad_(False)
         self.optimizer = torch.optim.AdamW(self.model.parameters(), lr=peak_rate, weight_decay=1e-4)
         self.progress = Progress()
@@ -87,12 +88,31 @@ class TrainingState:
         self.progress = Progress(**saved["progress"])
 
 
-def load_network(path: Path) -> RaftStereo:
-    """The averaged network of a saved run, ready for inference."""
-    saved = torch.load(path, map_location="cpu", weights_only=True)
-    model = RaftStereo(RaftConfig.from_dict(saved["config"]))
-    model.load_state_dict(saved["average"])
-    return model.eval()
+def save_network(model: RaftStereo, about: dict[str, Any], path: Path) -> None:
+    """Weights and configuration as safetensors."""
+    save_tensors(model, model.config.as_dict(), about, path)
+
+
+def load_network(path: Path) -> tuple[RaftStereo, dict[str, Any]]:
+    """The network of `save_network`, ready for inference, and its description.
+
+    Raises:
+        WeightsError: the file is no network of this kind.
+    """
+    weights, config, about = load_tensors(path)
+    try:
+        model = RaftStereo(RaftConfig.from_dict(config))
+        model.load_state_dict(weights)
+    except (TypeError, KeyError, ValueError, RuntimeError) as problem:
+        raise WeightsError(f"{path.name} holds another network than RAFT-Stereo.") from problem
+    return model.eval(), about
+
+
+def fix_norms(model: nn.Module) -> None:
+    """Keeps the statistics of all batch normalisations as they are while training."""
+    for part in model.modules():
+        if isinstance(part, nn.BatchNorm2d):
+            part.eval()
 
 
 def append_line(path: Path, values: dict[str, Any]) -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 import torch
 from torch.utils.data import DataLoader, Subset
@@ -18,7 +20,7 @@ from export.stereo_data import (
     validation_batches,
 )
 from export.stereo_loss import StereoLoss, stereo_loss
-from export.stereo_state import TrainingState, append_line
+from export.stereo_state import TrainingState, append_line, fix_norms, load_network, save_network
 
 SAVE_EVERY_S = 120.0
 VALIDATE_EVERY_S = 600.0
@@ -31,13 +33,31 @@ def main(arguments: list[str] | None = None) -> None:
     options = _parser().parse_args(arguments)
     torch.set_num_threads(options.threads)
     options.out.mkdir(parents=True, exist_ok=True)
-    state = TrainingState(SHIPPED, options.rate, options.seed)
+    network = load_network(options.start)[0] if options.start else RaftStereo(SHIPPED)
+    network = network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    state = TrainingState(network, options.rate, options.seed)
     checkpoint = options.out / "stereo.pt"
     if checkpoint.exists():
         state.restore(checkpoint)
     train(state, options, checkpoint)
     report = validate(state.average, options.data / "val", options.iterations)
     append_line(options.out / "stereo.jsonl", {"batches": state.progress.batches, **report})
+    about = {"recipe": recipe(options, state.progress.batches), "quality": report}
+    save_network(state.average, about, options.out / "stereo.safetensors")
+
+
+def recipe(options: argparse.Namespace, batches: int) -> dict[str, Any]:
+    """What the weights depend on, as plain values without paths."""
+    return {
+        "seed": options.seed,
+        "batches": batches,
+        "minutes": options.minutes,
+        "rate": options.rate,
+        "iterations": options.iterations,
+        "drawn_share": options.drawn_share,
+        "photographs": options.photographs is not None,
+        "started_from": load_network(options.start)[1] if options.start else None,
+    }
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -47,7 +67,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--minutes", type=float, default=60, help="training time in all")
     parser.add_argument("--iterations", type=int, default=5)
     parser.add_argument("--rate", type=float, default=1e-3, help="highest learning rate")
-    parser.add_argument("--drawn-share", type=float, default=0.35, help="share of drawn pairs")
+    parser.add_argument("--drawn-share", type=float, default=0.5, help="share of drawn pairs")
+    parser.add_argument("--photographs", type=Path, help="their FOLDER/*/images become textures")
+    parser.add_argument("--start", type=Path, help="weights of an earlier run to begin with")
+    parser.add_argument("--bfloat16", action="store_true", help="faster where the CPU knows it")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--workers", type=int, default=1, help="processes that prepare batches")
@@ -58,6 +81,7 @@ def train(state: TrainingState, options: argparse.Namespace, checkpoint: Path) -
     """Steps until the budget is spent; the schedule follows the time, not the steps."""
     budget = 60 * options.minutes
     log = checkpoint.with_suffix(".jsonl")
+    manner = Manner(fixed_norms=options.start is not None, bfloat16=options.bfloat16)
     saved = validated = state.progress.seconds
     before = monotonic()
     for batch in _batches(options, state.progress.batches):
@@ -67,7 +91,7 @@ def train(state: TrainingState, options: argparse.Namespace, checkpoint: Path) -
         rate = state.set_rate(share)
         # Few iterations suffice while the features are still being learned.
         iterations = max(3, options.iterations - (share < 0.3) - (share < 0.6))
-        loss = step(state, batch, iterations)
+        loss = step(state, batch, iterations, manner)
         state.progress.batches += 1
         now = monotonic()
         state.progress.seconds += now - before
@@ -84,10 +108,24 @@ def train(state: TrainingState, options: argparse.Namespace, checkpoint: Path) -
     state.save(checkpoint)
 
 
-def step(state: TrainingState, batch: StereoBatch, iterations: int) -> StereoLoss:
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """How each update is made."""
+
+    fixed_norms: bool = False
+    """Keep what batch normalisation knows, as weights of an earlier run want it."""
+    bfloat16: bool = False
+
+
+def step(
+    state: TrainingState, batch: StereoBatch, iterations: int, manner: Manner = Manner()
+) -> StereoLoss:
     """One update of the network and of its average; a loss that is not finite is skipped."""
     state.model.train()
-    prediction = state.model(batch.left.float(), batch.right.float(), iterations)
+    if manner.fixed_norms:
+        fix_norms(state.model)
+    with torch.autocast("cpu", torch.bfloat16, enabled=manner.bfloat16):
+        prediction = state.model(batch.left.float(), batch.right.float(), iterations)
     loss = stereo_loss(prediction, batch)
     state.optimizer.zero_grad(set_to_none=True)
     loss.total.backward()  # type: ignore[no-untyped-call]
@@ -99,7 +137,9 @@ def step(state: TrainingState, batch: StereoBatch, iterations: int) -> StereoLos
 
 
 def _batches(options: argparse.Namespace, first: int) -> Iterator[StereoBatch]:
-    data = StereoBatches(options.data / "train", options.seed, options.drawn_share)
+    data = StereoBatches(
+        options.data / "train", options.seed, options.drawn_share, options.photographs
+    )
     left = Subset(data, range(first, len(data)))
     # A forked child would wait for ever on the thread pools that it did not inherit.
     yield from DataLoader(

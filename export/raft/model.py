@@ -120,7 +120,8 @@ class RaftStereo(nn.Module):
             yield _Step(flow, states[0])
 
     def _weights(self, state: Tensor) -> Tensor:
-        logits: Tensor = self.update_block.upsampling_logits(state)
+        # In full precision also while training in less: nine weights have to sum to 1.
+        logits: Tensor = self.update_block.upsampling_logits(state).float()
         batch, _, height, width = logits.shape
         logits = logits.view(batch, 9, self.config.factor**2, height, width)
         # Spelled out, since onnxruntime is slow at a softmax over any axis but the last.

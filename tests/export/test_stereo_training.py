@@ -7,9 +7,13 @@ from dataclasses import replace
 from functools import partial
 from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+
+if TYPE_CHECKING:
+    from export.stereo_data import StereoBatch
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("onnxruntime")
@@ -18,6 +22,7 @@ data = pytest.importorskip("export.stereo_data")
 training = pytest.importorskip("export.train_stereo")
 losses = pytest.importorskip("export.stereo_loss")
 states = pytest.importorskip("export.stereo_state")
+weights = pytest.importorskip("export.weights_file")
 conversion = pytest.importorskip("export.export_stereo")
 
 pytestmark = pytest.mark.export
@@ -33,14 +38,15 @@ TINY = replace(
 )
 
 
-def _batch() -> object:
+def _batch() -> StereoBatch:
     """A noise picture moved by 6 px: everything matches except the first columns."""
     rng = np.random.default_rng(1)
     left = rng.integers(0, 255, (64, 64, 3), dtype=np.uint8)
     flags = np.ones((64, 64), bool)
     flat = np.full((64, 64), 6, np.float32)
     pair = data.StereoSample(left, np.roll(left, -6, axis=1), flat, flags, flags, flags)
-    return data.to_batch([pair])
+    batch: StereoBatch = data.to_batch([pair])
+    return batch
 
 
 @pytest.mark.parametrize("config", [TINY, replace(TINY, n_downsample=3, n_gru_layers=3)])
@@ -72,8 +78,21 @@ def test_correlation_is_highest_at_the_match_and_its_loss_knows() -> None:
     assert losses.matching_loss(right_cells.flip(-1), batch) > matched + 3
 
 
+def test_confidence_is_learnt_from_what_is_right_not_from_what_is_seen() -> None:
+    batch = _batch()
+    off = torch.full_like(batch.disparity, 6.0)
+    off[..., :32] += 3.0
+    sure = torch.where(off == 6.0, 9.0, -9.0)
+    volume = torch.zeros(1, 16, 16, 16)
+    told = [
+        float(losses.stereo_loss(raft.StereoPrediction([off], c, volume), batch).confidence)
+        for c in (sure, -sure)
+    ]
+    assert told[0] < 0.01 < 5 < told[1]
+
+
 def test_a_few_steps_lower_the_loss() -> None:
-    state = states.TrainingState(TINY, 4e-3, 0)
+    state = states.TrainingState(raft.RaftStereo(TINY), 4e-3, 0)
     state.set_rate(0.03)
     batch = _batch()
     totals = [float(training.step(state, batch, 3).total) for _ in range(16)]
@@ -81,19 +100,19 @@ def test_a_few_steps_lower_the_loss() -> None:
 
 
 def test_rate_rises_then_falls_to_almost_nothing() -> None:
-    state = states.TrainingState(TINY, 1.0, 0)
+    state = states.TrainingState(raft.RaftStereo(TINY), 1.0, 0)
     rates = [state.set_rate(share) for share in (0.0, 0.03, 0.5, 1.0, 1.7)]
     assert rates == pytest.approx([0.1, 1.0, 0.52, 0.02, 0.02], abs=0.03)
 
 
 def test_a_stopped_run_continues_as_if_it_had_not_stopped(tmp_path: Path) -> None:
     batch = _batch()
-    whole = states.TrainingState(TINY, 1e-3, 0)
+    whole = states.TrainingState(raft.RaftStereo(TINY), 1e-3, 0)
     for _ in range(2):
         training.step(whole, batch, 2)
         whole.progress.batches += 1
     whole.save(tmp_path / "stereo.pt")
-    resumed = states.TrainingState(TINY, 1e-3, 99)
+    resumed = states.TrainingState(raft.RaftStereo(TINY), 1e-3, 99)
     resumed.restore(tmp_path / "stereo.pt")
     assert resumed.progress == whole.progress
     for state in (whole, resumed):
@@ -117,6 +136,35 @@ def test_command_trains_resumes_and_logs(tmp_path: Path, monkeypatch: pytest.Mon
     lines = [json.loads(line) for line in (tmp_path / "stereo.jsonl").read_text().splitlines()]
     reports = [line for line in lines if "drawn_epe_px" in line]
     assert [report["batches"] for report in reports] == [3, 6]
+
+
+def test_a_run_begins_with_the_weights_of_an_earlier_one(tmp_path: Path) -> None:
+    network = raft.RaftStereo(TINY)
+    states.save_network(network, {"seed": 7}, tmp_path / "start.safetensors")
+    again, about = states.load_network(tmp_path / "start.safetensors")
+    assert about == {"seed": 7}
+    state = states.TrainingState(again, 1e-3, 0)
+    before = {k: v.clone() for k, v in state.model.named_buffers()}
+    training.step(state, _batch(), 2, training.Manner(fixed_norms=True, bfloat16=True))
+    assert all(torch.equal(v, before[k]) for k, v in state.model.named_buffers())
+    assert any(
+        not torch.equal(v, network.state_dict()[k]) for k, v in state.model.state_dict().items()
+    )
+
+
+@pytest.mark.parametrize("content", [b"", b"no weights", b"\x08\0\0\0\0\0\0\0{}      "])
+def test_weights_that_are_none_are_told_in_one_sentence(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "x.safetensors"
+    path.write_bytes(content)
+    with pytest.raises(weights.WeightsError, match=r"x\.safetensors holds no weights"):
+        states.load_network(path)
+
+
+def test_weights_of_another_shape_are_told_in_one_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "x.safetensors"
+    weights.save_tensors(torch.nn.Linear(2, 2), TINY.as_dict(), {}, path)
+    with pytest.raises(weights.WeightsError, match="another network than RAFT-Stereo"):
+        states.load_network(path)
 
 
 def test_graph_agrees_with_its_network_at_any_size(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -95,6 +96,25 @@ def test_cut_with_another_offset_still_matches(plane: Path, later: int) -> None:
 def test_mirrored_swap_still_matches(plane: Path) -> None:
     turned = sample.mirrored_swap(data.read_shard(plane))
     assert _mismatch(turned) < 2.0
+
+
+def test_nothing_is_decided_about_what_only_the_other_eye_saw(plane: Path) -> None:
+    turned = sample.mirrored_swap(data.read_shard(plane))
+    assert not turned.decided[~np.isfinite(turned.disparity)].any()
+
+
+def test_photographs_become_textures_and_a_damaged_one_does_not(tmp_path: Path) -> None:
+    image = np.random.default_rng(0).integers(0, 255, (90, 120, 3), dtype=np.uint8)
+    good, bad = tmp_path / "good.png", tmp_path / "bad.png"
+    assert cv2.imwrite(str(good), image)
+    bad.write_bytes(good.read_bytes()[:30])
+    rng = np.random.default_rng(3)
+    atlas = scenes.photograph_atlas(good, rng)
+    assert atlas is not None
+    assert atlas.shape == (scenes.ATLAS_PX, scenes.ATLAS_PX, 3)
+    assert scenes.photograph_atlas(bad, rng) is None
+    pair = scenes.LayeredScenes(seed=4, textures=3, photographs=[good, bad]).draw(rng, 128, 32)
+    assert _mismatch(pair) < 6.0
 
 
 def test_fruit_stays_on_its_columns(plane: Path) -> None:

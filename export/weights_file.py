@@ -1,0 +1,45 @@
+"""Weights as safetensors, with the shape of their network and how they came about.
+
+A lab that trains further begins from these files; they hold no code.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import Tensor, nn
+
+
+class WeightsError(ValueError):
+    """The file is not what it is taken for; one sentence."""
+
+
+def save_tensors(
+    model: nn.Module, shape: dict[str, Any], about: dict[str, Any], path: Path
+) -> None:
+    """Writes beside the target, then renames: a reader never sees half a file."""
+    notes = {"shape": json.dumps(shape), "about": json.dumps(about)}
+    weights = {name: value.contiguous().clone() for name, value in model.state_dict().items()}
+    part = path.with_suffix(".part")
+    save_file(weights, part, metadata=notes)
+    part.replace(path)
+
+
+def load_tensors(path: Path) -> tuple[dict[str, Tensor], dict[str, Any], dict[str, Any]]:
+    """Weights by name, the network's shape, and what is told about them.
+
+    Raises:
+        WeightsError: the file cannot be read as one that `save_tensors` wrote.
+    """
+    try:
+        with safe_open(path, "pt") as file:
+            notes = file.metadata() or {}
+            weights = {name: torch.as_tensor(file.get_tensor(name)) for name in list(file.keys())}
+        return weights, json.loads(notes["shape"]), json.loads(notes["about"])
+    except (OSError, SafetensorError, KeyError, ValueError) as problem:
+        raise WeightsError(f"{path.name} holds no weights of this project: {problem}") from problem
