@@ -30,7 +30,7 @@ from export.drawn_objects import (
     draw_twig,
     rgb_of,
 )
-from export.segmentation_data import Window
+from export.segmentation_window import Window
 
 WINDOW_PX = 512
 MAX_FRUIT = 60
@@ -42,6 +42,8 @@ class Canvas:
 
     image: F32
     labels: npt.NDArray[np.uint8]
+    front: npt.NDArray[np.bool_]
+    """(H, W) what was painted over the backdrop."""
     whole: list[npt.NDArray[np.bool_]] = field(default_factory=list)
 
     @property
@@ -88,6 +90,7 @@ class Canvas:
             self.whole.append(outline)
         label = len(self.whole) if fruit else 0
         self.labels[rows, columns][covered] = label
+        self.front[rows, columns] |= covered
 
     def window(self) -> Window:
         """The finished picture."""
@@ -251,10 +254,16 @@ def _paint_sepals(
 
 def draw_window(rng: np.random.Generator) -> Window:
     """One random window."""
+    return draw_canvas(rng).window()
+
+
+def draw_canvas(rng: np.random.Generator) -> Canvas:
+    """One random window with its front."""
     scene = random_scene(rng)
     distance = Distance.draw(scene.daylight, scene.leaf_hue, rng)
     backdrop = draw_backdrop(WINDOW_PX, distance, rng)
-    canvas = Canvas(backdrop, np.zeros((WINDOW_PX,) * 2, np.uint8))
+    shape = (WINDOW_PX, WINDOW_PX)
+    canvas = Canvas(backdrop, np.zeros(shape, np.uint8), np.zeros(shape, bool))
     leaves = int(rng.integers(3, 110 if scene.daylight else 40))
     for _ in range(leaves):
         _paint_leaf(canvas, scene, rng)
@@ -269,11 +278,12 @@ def draw_window(rng: np.random.Generator) -> Window:
             _paint_leaf(canvas, scene, rng)
     for _ in range(int(rng.integers(0, 4))):
         (_paint_leaf if rng.random() < 0.7 else _paint_twig)(canvas, scene, rng)
-    return canvas.window()
+    return canvas
 
 
-def save_window(window: Window, path: Path) -> None:
+def save_canvas(canvas: Canvas, path: Path) -> None:
     """Writes a shard under a temporary name, then renames it."""
+    window = canvas.window()
     part = path.with_suffix(".part")
     with part.open("wb") as stream:
         np.savez_compressed(
@@ -281,6 +291,7 @@ def save_window(window: Window, path: Path) -> None:
             image=window.image,
             labels=window.labels,
             whole=np.packbits(window.whole, axis=-1),
+            front=np.packbits(canvas.front, axis=-1),
         )
     part.replace(path)
 
@@ -297,7 +308,7 @@ def main(argv: list[str] | None = None) -> int:
     for number in range(options.seed, options.seed + options.count):
         path = options.out / f"{number}.npz"
         if not path.exists():
-            save_window(draw_window(np.random.default_rng((7, number))), path)
+            save_canvas(draw_canvas(np.random.default_rng((7, number))), path)
     sys.stderr.write(f"{options.count} drawn windows in {options.out}\n")
     return 0
 

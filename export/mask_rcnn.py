@@ -36,7 +36,10 @@ PIXEL_SCALE = 58.0
 MASKS_PER_IMAGE = 6
 
 Target = dict[str, Tensor]
-"""boxes (K, 4), labels (K,) with 1 or -1 (ignored, listed last), masks (K, 2, H, W) 0 to 1."""
+"""boxes (N, 4), labels (N,) with 1 or -1 (ignored, listed last), masks (K, 2, H, W) 0 to 1.
+
+The masks are those of the first K boxes.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,9 +157,9 @@ def jittered(boxes: Tensor) -> Tensor:
 
 
 def _chosen(target: Target) -> Tensor:
-    """Indices of at most MASKS_PER_IMAGE fruitlets that are not ignored."""
-    kept = torch.where(target["labels"] > 0)[0]
-    return kept[torch.randperm(len(kept))[:MASKS_PER_IMAGE]]
+    """Indices of at most MASKS_PER_IMAGE fruitlets that have a mask."""
+    count = len(target["masks"])
+    return torch.randperm(count)[:MASKS_PER_IMAGE]
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import torch
 
 from export.mask_rcnn import Detections, FruitletMaskRCNN
-from export.segmentation_data import Placement, Sample, Window, cut
+from export.segmentation_window import Placement, Sample, Window, cut
 
 Bool = npt.NDArray[np.bool_]
 F32 = npt.NDArray[np.float32]
@@ -104,8 +104,8 @@ class Tally:
 
     def add(self, truth: Sample, seen: Detections) -> None:
         """Matches one window's detections, best first, to its fruitlets."""
-        masks = truth.masks > 127
-        kept = int(np.count_nonzero(~truth.ignored))
+        masks = np.concatenate([truth.masks, truth.hidden]) > 127
+        kept = len(truth.masks)
         self.fruitlets += kept
         free = set(range(kept))
         logits, boxes = seen.mask_logits.numpy(), seen.mask_boxes.numpy()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import torch
 from torch import nn
 
 from export.mask_rcnn import FruitletMaskRCNN, NetworkShape
+from export.weights_file import WeightsError, load_tensors, save_tensors
 
 EMA_DECAY = 0.997
 
@@ -25,6 +27,12 @@ class Progress:
     elapsed_s: float = 0.0
     stage_start_s: float = 0.0
     samples: int = 0
+    best: float = -math.inf
+    """Best validation figure of the stage so far."""
+    since_best: int = 0
+    """Validations since then."""
+    cooling_from_step: int | None = None
+    """Step of the stage at which the rate began to fall; nothing while it is held."""
 
 
 def averaged_copy(model: FruitletMaskRCNN) -> FruitletMaskRCNN:
@@ -33,6 +41,13 @@ def averaged_copy(model: FruitletMaskRCNN) -> FruitletMaskRCNN:
     average.requires_grad_(False)
     average.eval()
     return average
+
+
+def fix_norms(model: nn.Module) -> None:
+    """Keeps the statistics of all batch normalisations as they are while training."""
+    for part in model.modules():
+        if isinstance(part, nn.BatchNorm2d):
+            part.eval()
 
 
 @torch.no_grad()
@@ -55,15 +70,21 @@ def save_atomically(content: dict[str, Any], path: Path) -> None:
 
 
 def save_weights(model: FruitletMaskRCNN, about: dict[str, Any], path: Path) -> None:
-    """Weights and shape for export; `about` goes to the manifest."""
-    content = {"shape": model.shape.to_dict(), "weights": model.state_dict(), "about": about}
-    save_atomically(content, path)
+    """Weights and shape as safetensors; `about` goes to the manifest."""
+    save_tensors(model, model.shape.to_dict(), about, path)
 
 
 def load_weights(path: Path) -> tuple[FruitletMaskRCNN, dict[str, Any]]:
-    """The network of `save_weights`, ready for inference, and its description."""
-    content = torch.load(path, map_location="cpu", weights_only=True)
-    model = FruitletMaskRCNN(NetworkShape.from_dict(content["shape"]))
-    model.load_state_dict(content["weights"])
+    """The network of `save_weights`, ready for inference, and its description.
+
+    Raises:
+        WeightsError: the file is no network of this kind.
+    """
+    weights, shape, about = load_tensors(path)
+    try:
+        model = FruitletMaskRCNN(NetworkShape.from_dict(shape))
+        model.load_state_dict(weights)
+    except (TypeError, KeyError, RuntimeError) as problem:
+        raise WeightsError(f"{path.name} holds another network than Mask R-CNN.") from problem
     model.eval()
-    return model, content["about"]
+    return model, about

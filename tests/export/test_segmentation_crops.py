@@ -11,11 +11,12 @@ from export import drawn_crops as drawn
 from export import drawn_objects as objects
 from export import photometric
 from export import segmentation_data as data
+from export import segmentation_window as windows
 
 pytestmark = pytest.mark.export
 
 
-def _window(side: int = 200) -> data.Window:
+def _window(side: int = 200) -> windows.Window:
     """Two fruitlets whose brightness tells them from the ground; one partly hidden."""
     y, x = np.mgrid[0:side, 0:side]
     near = np.hypot(x - 70, y - 80) < 30
@@ -24,14 +25,14 @@ def _window(side: int = 200) -> data.Window:
     image = np.zeros((side, side, 3), np.uint8)
     image[labels == 1] = 200
     image[labels == 2] = 120
-    return data.Window(image, labels, np.stack([near, far]))
+    return windows.Window(image, labels, np.stack([near, far]))
 
 
 @pytest.mark.parametrize("turns", range(4))
 @pytest.mark.parametrize("flip", [False, True])
 @pytest.mark.parametrize(("side", "out"), [(160, 96), (100, 160), (128, 128)])
 def test_masks_follow_the_pixels(turns: int, flip: bool, side: int, out: int) -> None:
-    sample = data.cut(_window(), data.Placement(30, 35, side, out, turns, flip), 176)
+    sample = windows.cut(_window(), windows.Placement(30, 35, side, out, turns, flip), 176)
     assert sample.image.shape == (176, 176, 3)
     bright, dim = sample.masks[0, 0], sample.masks[1, 0]
     assert np.all(sample.image[bright == 255] > 190)
@@ -44,7 +45,7 @@ def test_masks_follow_the_pixels(turns: int, flip: bool, side: int, out: int) ->
 
 
 def test_scale_is_that_of_the_placement() -> None:
-    small = data.cut(_window(), data.Placement(0, 0, 200, 100, 0, False), 100)
+    small = windows.cut(_window(), windows.Placement(0, 0, 200, 100, 0, False), 100)
     area = small.masks[0, 1].sum() / 255.0
     assert area == pytest.approx(np.pi * 30**2 / 4, rel=0.01)
 
@@ -59,29 +60,29 @@ def test_barely_visible_fruitlets_are_ignored_and_last(
     labels = window.labels.copy()
     rows = np.arange(labels.shape[0])[:, None]
     labels[(labels == 1) & (rows < hidden_below)] = 0
-    sample = data.cut(
-        data.Window(window.image, labels, window.whole),
-        data.Placement(0, 0, 200, 200, 0, False),
+    sample = windows.cut(
+        windows.Window(window.image, labels, window.whole),
+        windows.Placement(0, 0, 200, 200, 0, False),
         200,
     )
-    assert sample.ignored.tolist() == expected
+    assert (np.arange(len(sample.boxes)) >= sample.certain).tolist() == expected
     _, target = data.as_tensors(sample)
     assert target["labels"].tolist() == [-1 if e else 1 for e in expected]
     assert len(target["masks"]) == expected.count(False)
 
 
 def test_fruitlets_outside_the_crop_are_left_out() -> None:
-    sample = data.cut(_window(), data.Placement(0, 0, 90, 90, 0, False), 90)
+    sample = windows.cut(_window(), windows.Placement(0, 0, 90, 90, 0, False), 90)
     assert len(sample.boxes) == 1
 
 
 def test_crops_hold_their_focus() -> None:
     window = _window()
     rng = np.random.default_rng(0)
-    settings = data.CropSettings(size_px=64)
+    settings = windows.CropSettings(size_px=64)
     with_fruit = 0
     for _ in range(60):
-        where = data.place(window.labels, settings, rng)
+        where = windows.place(window, settings, rng)
         assert 0 <= where.x <= 200 - where.side
         assert 0 <= where.y <= 200 - where.side
         with_fruit += bool(window.labels[where.y :, where.x :][: where.side, : where.side].any())
@@ -109,9 +110,10 @@ def test_drawn_outline_is_true(radius: float) -> None:
 
 
 def test_drawn_windows_survive_their_shard(tmp_path: Path) -> None:
-    window = drawn.draw_window(np.random.default_rng(5))
-    drawn.save_window(window, tmp_path / "5.npz")
-    again = data.read_window(tmp_path / "5.npz")
+    canvas = drawn.draw_canvas(np.random.default_rng(5))
+    window = canvas.window()
+    drawn.save_canvas(canvas, tmp_path / "5.npz")
+    again = windows.read_window(tmp_path / "5.npz")
     assert np.array_equal(again.image, window.image)
     assert np.array_equal(again.labels, window.labels)
     assert np.array_equal(again.whole, window.whole)
@@ -127,9 +129,9 @@ def test_drawn_visible_pixels_lie_inside_their_outline() -> None:
 
 def test_the_stream_repeats_itself_from_any_sample(tmp_path: Path) -> None:
     for seed in range(3):
-        drawn.save_window(drawn.draw_window(np.random.default_rng(seed)), tmp_path / f"{seed}.npz")
-    sources = data.Sources(None, tmp_path)
-    settings = data.CropSettings(size_px=96)
+        drawn.save_canvas(drawn.draw_canvas(np.random.default_rng(seed)), tmp_path / f"{seed}.npz")
+    sources = data.Sources(drawn=tmp_path)
+    settings = windows.CropSettings(size_px=96)
     first = iter(data.CropStream(sources, settings, 3, 0))
     images = [next(first)[0] for _ in range(4)]
     later = iter(data.CropStream(sources, settings, 3, 2))

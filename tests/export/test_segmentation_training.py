@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from export import segmentation_data as data
 from export import segmentation_state as state
 from export import train_segmentation as train
 from export.mask_branch import MaskShape
+from export.segmentation_window import CropSettings
 
 pytestmark = pytest.mark.export
 
@@ -38,20 +40,19 @@ def shards(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for part, seeds in (("train", (5, 9)), ("val", (12,))):
         (folder / part).mkdir()
         for seed in seeds:
-            window = drawn.draw_window(np.random.default_rng(seed))
-            drawn.save_window(window, folder / part / f"{seed}.npz")
+            canvas = drawn.draw_canvas(np.random.default_rng(seed))
+            drawn.save_canvas(canvas, folder / part / f"{seed}.npz")
     return folder
 
 
 def _recipe(shards: Path, out: Path, steps: int) -> train.Recipe:
     return train.Recipe(
-        rendered=None,
-        drawn=shards,
+        sources=data.Sources(drawn=shards / "train"),
+        validation=data.Sources(drawn=shards / "val"),
         out=out,
-        minutes=60.0,
         batch=2,
         threads=1,
-        crop=data.CropSettings(size_px=96),
+        crop=CropSettings(size_px=96),
         shape=SHAPE,
         max_steps=steps,
     )
@@ -111,14 +112,61 @@ def test_a_run_goes_on_where_it_stopped(shards: Path, tmp_path: Path) -> None:
     assert any("quality" in line for line in lines)
 
 
-def test_rates_warm_up_and_fall_over_each_stage() -> None:
-    early = train.rate_share(state.Progress(step_in_stage=0), 45.0)
-    full = train.rate_share(state.Progress(step_in_stage=500), 45.0)
-    end = train.rate_share(state.Progress(step_in_stage=900, elapsed_s=44.9), 45.0)
-    second = state.Progress(stage=2, step_in_stage=500, elapsed_s=45.0, stage_start_s=45.0)
-    assert early < 0.05 < full
-    assert end < 0.02
-    assert train.rate_share(second, 100.0) == pytest.approx(1.0)
+@pytest.mark.parametrize(
+    ("step", "cooling_from", "share"),
+    [(0, None, 0.01), (99, None, 1.0), (5000, None, 1.0), (1100, 1000, 0.8), (1500, 1000, 0.01)],
+)
+def test_rates_warm_up_hold_and_fall(step: int, cooling_from: int | None, share: float) -> None:
+    progress = state.Progress(step_in_stage=step, cooling_from_step=cooling_from)
+    assert train.rate_share(progress, 500) == pytest.approx(share)
+
+
+def test_the_rate_falls_when_validation_has_stopped_improving(shards: Path, tmp_path: Path) -> None:
+    run = train.Run(replace(_recipe(shards, tmp_path, 1), patience=2))
+    for figure in (0.5, 0.6, 0.58, None):
+        run.judge(figure)
+        assert run.progress.cooling_from_step is None
+    run.progress.step_in_stage = 700
+    run.judge(0.59)
+    assert run.progress.cooling_from_step == 700
+    assert run.progress.best == 0.6
+
+
+def test_a_stage_ends_when_its_rate_has_fallen(shards: Path, tmp_path: Path) -> None:
+    recipe = replace(_recipe(shards, tmp_path, 1), max_steps=None, cooling_steps=2)
+    run = train.Run(recipe)
+    run.progress.cooling_from_step = 0
+    run.progress.best = 0.7
+    run.step(_batch())
+    run.end_of_stage()
+    assert run.progress.stage == 1
+    run.step(_batch())
+    run.end_of_stage()
+    assert (run.progress.stage, run.progress.step_in_stage, run.progress.step) == (2, 0, 2)
+    assert run.progress.best < 0
+    run.progress.cooling_from_step = 0
+    run.progress.step_in_stage = 2
+    run.end_of_stage()
+    assert run.finished
+
+
+def test_a_run_from_earlier_weights_keeps_their_norms(shards: Path, tmp_path: Path) -> None:
+    start = tmp_path / "start.safetensors"
+    state.save_weights(network.FruitletMaskRCNN(SHAPE), {}, start)
+    run = train.Run(replace(_recipe(shards, tmp_path, 1), start=start))
+    before = {k: v.clone() for k, v in run.model.named_buffers()}
+    run.step(_batch())
+    assert all(torch.equal(v, before[k]) for k, v in run.model.named_buffers())
+
+
+def test_photographs_with_boxes_alone_train_no_masks(shards: Path, tmp_path: Path) -> None:
+    run = train.Run(_recipe(shards, tmp_path, 1))
+    run.start_masks()
+    images, targets = _batch()
+    boxed = [{**t, "masks": t["masks"][:0]} for t in targets]
+    losses = run.step((images, boxed))
+    assert losses["loss_mask"] == 0
+    assert losses["loss_classifier"] > 0
 
 
 def test_anchors_on_ignored_fruitlets_are_not_punished() -> None:
@@ -195,7 +243,7 @@ def test_manifest_keeps_the_other_role(
     # Drawn fruit gives an untrained network scores that tie within rounding.
     monkeypatch.setattr(conversion, "parity_images", lambda: _images((128, 128)))
     (tmp_path / "manifest.json").write_text('{"schema": 1, "stereo": {"file": "x.onnx"}}')
-    weights = tmp_path / "model.pt"
+    weights = tmp_path / "model.safetensors"
     state.save_weights(graph.model, {"quality": {"recall": 0.5}}, weights)
     assert conversion.main([str(weights), "--out", str(tmp_path)]) == 0
     manifest = json.loads((tmp_path / "manifest.json").read_text())
