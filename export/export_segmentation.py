@@ -36,33 +36,38 @@ OPSET = 17
 SCORE_THRESHOLD = 0.8
 """Chosen on 48 rendered pairs kept for tuning: 297 of 298 true detections lie above it."""
 OUTPUTS = ("boxes", "scores", "mask_boxes", "mask_logits")
+CERTAINTY = ("visible_fractions", "width_sds")
+"""What our network gives beside these: (N,) each."""
 TRACE_SIZE = (224, 256)
 PARITY_SIZES = ((224, 256), (512, 512), (301, 415))
 BOX_TOLERANCE_PX = 0.02
 LOGIT_TOLERANCE = 0.02
 
-Outputs = tuple[Tensor, Tensor, Tensor, Tensor]
+Outputs = tuple[Tensor, ...]
 
 
 class FruitletGraph(nn.Module):
     """Our network with the graph's inputs and outputs."""
 
     channels = 2
+    outputs = (*OUTPUTS, *CERTAINTY)
 
     def __init__(self, model: FruitletMaskRCNN) -> None:
         super().__init__()
         self.model = model
 
     def forward(self, image: Tensor) -> Outputs:
-        """Boxes, scores, mask windows and mask logits of one image."""
+        """Boxes, scores, mask windows, mask logits and certainty of one image."""
         seen = self.model.detect(image)
-        return seen.boxes, seen.scores, seen.mask_boxes, seen.mask_logits
+        certainty = seen.visible_fractions, seen.width_sds
+        return seen.boxes, seen.scores, seen.mask_boxes, seen.mask_logits, *certainty
 
 
 class StockGraph(nn.Module):
     """A torchvision Mask R-CNN without its resizing and without pasting."""
 
     channels = 1
+    outputs = OUTPUTS
 
     def __init__(self, model: MaskRCNN) -> None:
         super().__init__()
@@ -72,7 +77,7 @@ class StockGraph(nn.Module):
         model.roi_heads.detections_per_img = 100
 
     def forward(self, image: Tensor) -> Outputs:
-        """As for our network; the mask windows are the boxes."""
+        """As for our network, without certainty; the mask windows are the boxes."""
         model = self.model
         height, width = image.shape[-2:]
         pixels = model.transform.normalize(image / 255.0)[None]
@@ -119,8 +124,8 @@ def write_onnx(graph: Graph, path: Path) -> None:
         (image,),
         str(path),
         input_names=["image"],
-        output_names=list(OUTPUTS),
-        dynamic_axes={"image": {1: "height", 2: "width"}, **{n: {0: "n"} for n in OUTPUTS}},
+        output_names=list(graph.outputs),
+        dynamic_axes={"image": {1: "height", 2: "width"}, **{n: {0: "n"} for n in graph.outputs}},
         opset_version=OPSET,
         dynamo=False,
     )
@@ -137,24 +142,24 @@ def open_session(path: Path, threads: int = 2) -> onnxruntime.InferenceSession:
 def run_session(
     session: onnxruntime.InferenceSession, image: npt.NDArray[np.float32]
 ) -> list[npt.NDArray[np.float32]]:
-    """Boxes, scores, mask windows and logits of one image (3, H, W)."""
-    return [np.asarray(v) for v in session.run(list(OUTPUTS), {"image": image})]
+    """All outputs of one image (3, H, W), in the graph's order."""
+    return [np.asarray(v) for v in session.run(None, {"image": image})]
 
 
 @torch.no_grad()
 def parity(graph: Graph, path: Path, images: Sequence[Tensor]) -> dict[str, float]:
     """Largest differences between PyTorch and onnxruntime over the images."""
     session = open_session(path)
-    worst = {"boxes_px": 0.0, "scores": 0.0, "logits": 0.0}
+    measures = ("boxes_px", "scores", "boxes_px", "logits", "certainty", "certainty")
+    worst = dict.fromkeys(measures[: len(graph.outputs)], 0.0)
     for image in images:
         mine = [v.numpy() for v in graph(image)]
         theirs = run_session(session, image.numpy())
         if mine[0].shape != theirs[0].shape:
             raise ValueError(f"PyTorch found {len(mine[0])} fruitlets, ONNX {len(theirs[0])}")
-        for name, index in (("boxes_px", 0), ("boxes_px", 2), ("scores", 1), ("logits", 3)):
-            if len(mine[index]):
-                gap = float(np.abs(mine[index] - theirs[index]).max())
-                worst[name] = max(worst[name], gap)
+        for name, one, other in zip(measures, mine, theirs, strict=False):
+            if len(one):
+                worst[name] = max(worst[name], float(np.abs(one - other).max()))
     return worst
 
 

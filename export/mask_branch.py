@@ -19,6 +19,8 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 from torchvision.ops import roi_align
 
+from export.certainty_head import CertaintyHead
+
 EDGE_SIGMA_CELLS = 0.6
 EDGE_WEIGHT = 4.0
 """How much more a cell on the edge counts than one far from it."""
@@ -138,9 +140,12 @@ class MaskBranch(nn.Module):
             _convolution(shape.joined_width, shape.joined_width),
             nn.Conv2d(shape.joined_width, 2, 1),
         )
+        self.certainty = CertaintyHead(shape.joined_width)
 
-    def forward(self, pixels: Tensor, features: Tensor, windows: list[Tensor]) -> Tensor:
-        """(N, 2, cells, cells) logits of the windows of all images.
+    def forward(
+        self, pixels: Tensor, features: Tensor, windows: list[Tensor]
+    ) -> tuple[Tensor, Tensor]:
+        """(N, 2, cells, cells) logits and (N, 2) certainty of the windows of all images.
 
         pixels: (B, 3, H, W) normalised; features: (B, width, H/stride, W/stride).
         """
@@ -152,5 +157,7 @@ class MaskBranch(nn.Module):
         half = (cells // 2, cells // 2)
         coarse = roi_align(features, shifted, half, 1.0 / self.stride, 2, aligned=False)
         fine = roi_align(pixels, rois, (2 * cells, 2 * cells), 1.0, 1, aligned=True)
-        logits: Tensor = self.joined(torch.cat([self.meaning(coarse), self.detail(fine)], dim=1))
-        return logits
+        both = torch.cat([self.meaning(coarse), self.detail(fine)], dim=1)
+        seen: Tensor = self.joined[:-1](both)
+        logits: Tensor = self.joined[-1](seen)
+        return logits, self.certainty(seen, logits)

@@ -19,6 +19,7 @@ from torchvision.models.detection.image_list import ImageList
 from torchvision.models.detection.rpn import RPNHead
 from torchvision.ops import FeaturePyramidNetwork, MultiScaleRoIAlign
 
+from export.certainty_head import certainty_loss
 from export.mask_branch import (
     MaskBranch,
     MaskShape,
@@ -173,6 +174,10 @@ class Detections:
     """(N, 4) the windows that the logits cover."""
     mask_logits: Tensor
     """(N, 2, M, M): visible part, whole fruitlet."""
+    visible_fractions: Tensor
+    """(N,) 0 to 1, of the whole fruitlet."""
+    width_sds: Tensor
+    """(N,) standard deviation of the whole mask's width, as a share of it."""
 
 
 class FruitletMaskRCNN(nn.Module):
@@ -210,16 +215,16 @@ class FruitletMaskRCNN(nn.Module):
         proposals, losses = self._propose(padded, features, size, targets)
         losses = {**losses, **self.box_heads.box_losses(features, proposals, size, targets)}
         if with_masks:
-            losses["loss_mask"] = self._mask_loss(padded, features, size, targets)
+            losses |= self._mask_losses(padded, features, size, targets)
         return losses
 
-    def _mask_loss(
+    def _mask_losses(
         self,
         padded: Tensor,
         features: dict[str, Tensor],
         size: tuple[int, int],
         targets: list[Target],
-    ) -> Tensor:
+    ) -> dict[str, Tensor]:
         chosen = [_chosen(t) for t in targets]
         windows = [
             grow_boxes(jittered(t["boxes"][i]), self.shape.mask.growth)
@@ -227,12 +232,16 @@ class FruitletMaskRCNN(nn.Module):
         ]
         everything = torch.cat(windows)
         if not len(everything):
-            return padded.sum() * 0.0
+            return {"loss_mask": padded.sum() * 0.0}
         masks = torch.cat([t["masks"][i] for t, i in zip(targets, chosen, strict=True)])
-        logits = self.masks(padded, features[LEVELS[0]], windows)
+        logits, certainty = self.masks(padded, features[LEVELS[0]], windows)
         cells = self.shape.mask.cells
         truth = soft_targets(masks, everything, cells)
-        return mask_loss(logits, truth, inside_weight(everything, size, cells))
+        inside = inside_weight(everything, size, cells)
+        return {
+            "loss_mask": mask_loss(logits, truth, inside),
+            "loss_certainty": certainty_loss(certainty, logits.float(), truth, inside),
+        }
 
     def detect(self, image: Tensor) -> Detections:
         """Fruitlets in one image (3, H, W) RGB 0..255, best first."""
@@ -241,8 +250,9 @@ class FruitletMaskRCNN(nn.Module):
         proposals, _ = self._propose(padded, features, size, None)
         boxes, scores = self.box_heads.detect(features, proposals, size)
         windows = grow_boxes(boxes[0], self.shape.mask.growth)
-        logits = self.masks(padded, features[LEVELS[0]], [windows])
-        return Detections(boxes[0], scores[0], windows, logits)
+        logits, certainty = self.masks(padded, features[LEVELS[0]], [windows])
+        fractions, sds = certainty[:, 0].sigmoid(), certainty[:, 1].exp()
+        return Detections(boxes[0], scores[0], windows, logits, fractions, sds)
 
     def freeze_box_heads(self) -> None:
         """Stage 2 of the paper: the proposal network and the box heads stay as they are."""

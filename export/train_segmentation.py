@@ -84,6 +84,8 @@ class Recipe:
     bfloat16: bool = False
     start: Path | None = None
     """Weights of an earlier run to begin with, in place of random ones."""
+    first_stage: int = 1
+    """2 where the weights to begin with have their boxes."""
 
     @property
     def rates(self) -> tuple[float, float, float]:
@@ -165,6 +167,8 @@ class Run:
         self.stopped = False
         self.finished = False
         recipe.out.mkdir(parents=True, exist_ok=True)
+        if recipe.first_stage == 2:
+            self.start_masks()
         if self.checkpoint.exists():
             self.load()
 
@@ -333,6 +337,7 @@ def parse(argv: list[str] | None) -> Recipe:
     parser.add_argument("--held-minutes", type=float, nargs=2, default=(600.0, 600.0),
                         help="longest time of each stage at the full rate")  # fmt: skip
     parser.add_argument("--cooling-steps", type=int, default=1500)
+    parser.add_argument("--first-stage", type=int, choices=(1, 2), default=1)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--batch", type=int, default=4)
     parser.add_argument("--crop", type=int, default=320)
@@ -354,6 +359,7 @@ def parse(argv: list[str] | None) -> Recipe:
         held_minutes=tuple(options.held_minutes),
         cooling_steps=options.cooling_steps,
         start=options.start,
+        first_stage=options.first_stage,
         crop=CropSettings(size_px=options.crop),
         bfloat16=options.bfloat16,
     )

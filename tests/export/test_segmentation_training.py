@@ -234,7 +234,7 @@ def test_onnx_without_detections(tmp_path: Path) -> None:
     path = tmp_path / "s.onnx"
     conversion.write_onnx(conversion.FruitletGraph(model), path)
     found = conversion.run_session(conversion.open_session(path, 1), _images((64, 96))[0].numpy())
-    assert [v.shape for v in found] == [(0, 4), (0,), (0, 4), (0, 2, 16, 16)]
+    assert [v.shape for v in found] == [(0, 4), (0,), (0, 4), (0, 2, 16, 16), (0,), (0,)]
 
 
 def test_manifest_keeps_the_other_role(
