@@ -184,6 +184,11 @@ class Instance:
     whole_logits: FloatMap | None
     """(h, w) over `visible.region` for the whole fruitlet, hidden part included;
     None where the network predicts only the visible part."""
+    seen_fraction: float | None = None
+    """Share of the whole fruitlet that the network takes to show, 0 to 1; None where it
+    does not say."""
+    width_sd: float | None = None
+    """Standard deviation of the whole mask's width as a share of it; None where it does not say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,6 +282,8 @@ class Fruitlet:
     centroid_mm: tuple[float, float, float] | None
     cloud_mm: Points
     """(N, 3) visible surface, thinned to a 1 mm grid; empty without depth."""
+    sd_mm: float | None = None
+    """Standard deviation of the diameter; None where there is none, or it was not recorded."""
 
 
 class Method(StrEnum):

@@ -87,6 +87,7 @@ FRUITLETS = st.builds(
     disparity_px=NUMBER_OR_NONE,
     range_mm=NUMBER_OR_NONE,
     visible_fraction=NUMBERS,
+    sd_mm=st.none() | NUMBERS,
     flags=st.lists(st.sampled_from(Flag), max_size=3).map(tuple),
     mask=st.builds(Mask, WHOLE, WHOLE, SHAPES.flatmap(lambda s: arrays.arrays(np.bool_, s))),
     outline=st.none() | st.builds(Ellipse, points(2), NUMBERS, NUMBERS, NUMBERS),
@@ -157,6 +158,7 @@ def make_reading() -> ClusterReading:
         disparity_px=233.104,
         range_mm=441.84,
         visible_fraction=0.92,
+        sd_mm=0.1104,
         flags=(),
         mask=Mask(690, 490, window),
         outline=Ellipse((700.25, 500.0), 40.0, 36.0, 0.3),
@@ -164,7 +166,9 @@ def make_reading() -> ClusterReading:
         centroid_mm=(1.0, 2.0, 441.0),
         cloud_mm=np.full((5, 3), 1.25, np.float32),
     )
-    hidden = replace(fruitlet, id=1, diameter_mm=None, outline=None, flags=(Flag.HIDDEN,))
+    hidden = replace(
+        fruitlet, id=1, diameter_mm=None, sd_mm=None, outline=None, flags=(Flag.HIDDEN,)
+    )
     disparity = np.linspace(180, 260, 48, dtype=np.float32).reshape(6, 8)
     disparity[2, 3] = np.nan
     return ClusterReading(
@@ -194,6 +198,7 @@ def test_the_size_document_has_the_agreed_form() -> None:
                 "id": 0,
                 "in_target": True,
                 "diameter_mm": 9.13,
+                "sd_mm": 0.11,
                 "center_px": [700.25, 500.0],
                 "box_px": [690.0, 490.0, 710.0, 511.0],
                 "score": 0.97,
@@ -206,6 +211,7 @@ def test_the_size_document_has_the_agreed_form() -> None:
                 "id": 1,
                 "in_target": True,
                 "diameter_mm": None,
+                "sd_mm": None,
                 "center_px": [700.25, 500.0],
                 "box_px": [690.0, 490.0, 710.0, 511.0],
                 "score": 0.97,
@@ -225,6 +231,12 @@ def test_a_reading_from_before_faint_places_has_none() -> None:
     document = encode_reading(replace(make_reading(), faint_px=((1.0, 2.0),)))
     del document["faint_px"]
     assert decode_reading(document).faint_px == ()
+
+
+def test_a_reading_from_before_uncertainties_has_none() -> None:
+    document = encode_reading(make_reading())
+    del document["fruitlets"][0]["sd_mm"]
+    assert decode_reading(document).fruitlets[0].sd_mm is None
 
 
 def test_a_newer_form_is_refused() -> None:
@@ -292,7 +304,7 @@ def test_fuzz_damaged_text_is_read_or_refused(place: int, length: int, insert: s
         assert error.message.endswith(".")
 
 
-@pytest.mark.parametrize("name", [field.name for field in fields(Fruitlet)])
+@pytest.mark.parametrize("name", [f.name for f in fields(Fruitlet) if f.name != "sd_mm"])
 def test_a_missing_entry_is_refused(name: str) -> None:
     document = encode_reading(make_reading())
     document["fruitlets"][0].pop({"cloud_mm": "cloud"}.get(name, name))

@@ -130,9 +130,9 @@ def reading_lines(reading: ClusterReading) -> list[str]:
     lines = [f"{reading.verdict.status.upper()}  {where}"]
     lines += [f"  {reason.text}" for reason in reading.verdict.reasons]
     if reading.target:
-        rows = [["fruitlet", "diameter mm", "visible", "range mm", "note"]]
+        rows = [["fruitlet", "diameter mm", "±", "visible", "range mm", "note"]]
         rows += [_row(fruitlet) for fruitlet in reading.target]
-        lines += ["", *table(rows, ">>>><")]
+        lines += ["", *table(rows, ">>>>><")]
     others = [f for f in reading.fruitlets if not f.in_target]
     lost = sum(Flag.NO_DEPTH in f.flags for f in others)
     if len(others) > lost:
@@ -146,6 +146,7 @@ def _row(fruitlet: Fruitlet) -> list[str]:
     return [
         str(fruitlet.id),
         "-" if fruitlet.diameter_mm is None else f"{fruitlet.diameter_mm:.2f}",
+        "" if fruitlet.sd_mm is None else f"{fruitlet.sd_mm:.2f}",
         f"{fruitlet.visible_fraction:.0%}",
         "-" if fruitlet.range_mm is None else f"{fruitlet.range_mm:.0f}",
         ", ".join(str(flag).replace("_", " ") for flag in fruitlet.flags),

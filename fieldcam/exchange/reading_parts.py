@@ -99,6 +99,7 @@ def encode_fruitlet(fruitlet: Fruitlet) -> Json:
         "id": int(fruitlet.id),
         "in_target": bool(fruitlet.in_target),
         "diameter_mm": float_or_none(fruitlet.diameter_mm),
+        "sd_mm": float_or_none(fruitlet.sd_mm),
         "center_px": floats(fruitlet.center_px),
         "box_px": floats(fruitlet.box_px),
         "score": float(fruitlet.score),
@@ -132,6 +133,7 @@ def decode_fruitlet(d: Json) -> Fruitlet:
         cluster=optional(d["cluster"], whole),
         centroid_mm=optional(d["centroid_mm"], point3),
         cloud_mm=packing.decode_cloud(text(d["cloud"]), whole(d["cloud_points"])),
+        sd_mm=optional(d.get("sd_mm"), number),
     )
 
 

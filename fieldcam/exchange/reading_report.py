@@ -34,6 +34,7 @@ def _fruitlet_report(fruitlet: Fruitlet) -> Json:
         "id": fruitlet.id,
         "in_target": fruitlet.in_target,
         "diameter_mm": _rounded_or_none(fruitlet.diameter_mm, 3),
+        "sd_mm": _rounded_or_none(fruitlet.sd_mm, 3),
         "center_px": _rounded(fruitlet.center_px, 2),
         "box_px": _rounded(fruitlet.box_px, 1),
         "score": round(float(fruitlet.score), 4),

@@ -44,6 +44,7 @@ def make_fruitlet(
         cluster=cluster,
         centroid_mm=cloud.centroid_mm,
         cloud_mm=cloud.points_mm,
+        sd_mm=None if size.diameter_mm is None else size.sd_mm,
     )
 
 
@@ -56,7 +57,7 @@ def as_trusted(fruitlets: tuple[Fruitlet, ...], verdict: Verdict) -> tuple[Fruit
 
 def _as_one_eye_sees(fruitlet: Fruitlet) -> Fruitlet:
     return replace(
-        fruitlet, in_target=False, diameter_mm=None, disparity_px=None, range_mm=None,
+        fruitlet, in_target=False, diameter_mm=None, sd_mm=None, disparity_px=None, range_mm=None,
         flags=(Flag.NO_DEPTH,), cluster=None, centroid_mm=None, cloud_mm=fruitlet.cloud_mm[:0],
     )  # fmt: skip
 

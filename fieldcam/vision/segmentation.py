@@ -84,6 +84,8 @@ class Segmenter:
             scores=output["scores"],
             mask_boxes_px=output["mask_boxes"] * grow + shift,
             mask_logits=output["mask_logits"],
+            seen_fractions=output.get("visible_fractions"),
+            width_sds=output.get("width_sds"),
         )
         found = instances(raw, region, self.score_threshold)
         return Segmented(found, faint(raw, found, self.score_threshold))
@@ -101,6 +103,10 @@ class RawInstances:
     """(N, 4): what the mask cells cover; edges as above."""
     mask_logits: npt.NDArray[np.floating]
     """(N, C, M, M); channel 0 visible, channel 1, where there is one, whole."""
+    seen_fractions: npt.NDArray[np.floating] | None = None
+    """(N,) share of each fruitlet that shows; None from a network that does not say."""
+    width_sds: npt.NDArray[np.floating] | None = None
+    """(N,) relative standard deviation of the whole mask's width; None likewise."""
 
 
 def instances(raw: RawInstances, region: Region, score_threshold: float) -> tuple[Instance, ...]:
@@ -144,6 +150,8 @@ def _instance(raw: RawInstances, index: int, region: Region) -> Instance | None:
         visible=Mask(window.x0, window.y0, logits[0] > 0),
         visible_logits=logits[0],
         whole_logits=logits[1] if len(logits) > 1 else None,
+        seen_fraction=None if raw.seen_fractions is None else float(raw.seen_fractions[index]),
+        width_sd=None if raw.width_sds is None else float(raw.width_sds[index]),
     )
 
 
