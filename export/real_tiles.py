@@ -20,7 +20,6 @@ from export.segmentation_window import F32, Window, no_boxes
 PICTURES = {".jpg", ".jpeg", ".png"}
 HELD_BACK_OF = 12
 """One photograph of so many is kept for validation."""
-UNKNOWN_FILE = "unknown.json"
 SLIVER_SHARE = 0.01
 """A box with a shorter side is what a tile's border left of a fruit: unknown."""
 
@@ -114,10 +113,12 @@ class RealTiles:
         return [tile for tiles in self.folders for tile in tiles]
 
 
-def list_tiles(folder: Path, held_back: bool) -> RealTiles:
-    """The tiles to train on, or those held back; tiles with bad labels are named on stderr."""
-    noted = folder / UNKNOWN_FILE
-    unknown = json.loads(noted.read_text("utf-8")) if noted.exists() else {}
+def list_tiles(folder: Path, held_back: bool, noted: Path | None = None) -> RealTiles:
+    """The tiles to train on, or those held back; tiles with bad labels are named on stderr.
+
+    `noted` is what `export.find_unknown` wrote of fruit that nobody boxed.
+    """
+    unknown = json.loads(noted.read_text("utf-8")) if noted else {}
     kinds = []
     for images in sorted(folder.glob("*/images")):
         tiles = [_tile(path, unknown) for path in sorted(images.iterdir())]

@@ -56,6 +56,8 @@ class Sources:
     rendered: Path | None = None
     drawn: Path | None = None
     real: Path | None = None
+    unknown: Path | None = None
+    """What `export.find_unknown` wrote of the photographs."""
     shares: dict[Kind, float] = field(default_factory=lambda: dict(DEFAULT_SHARES))
 
 
@@ -93,7 +95,7 @@ class _Shelf:
         self._sources = sources
         self._tiles = RealTiles()
         if sources.real is not None:
-            self._tiles = list_tiles(sources.real, held_back=False)
+            self._tiles = list_tiles(sources.real, held_back=False, noted=sources.unknown)
         self.relist()
 
     def relist(self) -> None:

@@ -17,7 +17,7 @@ GAMMA = 0.9
 UNSEEN_WEIGHT = 0.4
 """Weight of pixels without a match, whose disparity follows from what is around."""
 
-RIGHT_PX = 1.0
+RIGHT_PX = 2.0
 """An estimate that is off by less, in px of the input, is one to be confident of."""
 
 FRUIT_WEIGHT = 4.0

@@ -34,8 +34,10 @@ from export.detection_quality import measure_boxes
 from export.mask_rcnn import FruitletMaskRCNN, NetworkShape
 from export.real_tiles import list_tiles
 from export.segmentation_data import (
+    DEFAULT_SHARES,
     Batch,
     CropStream,
+    Kind,
     Sources,
     batches,
     list_shards,
@@ -244,7 +246,7 @@ class Run:
         """Shards with masks, and photographs with boxes, that training never sees."""
         kept, count = self.recipe.validation, self.recipe.measured_pictures
         shards = _evenly(list_shards(kept.rendered) or list_shards(kept.drawn), count)
-        tiles = list_tiles(kept.real, held_back=True).all() if kept.real else []
+        tiles = list_tiles(kept.real, True, kept.unknown).all() if kept.real else []
         photographs = (tile.read() for tile in _evenly(tiles, count))
         return shards, (window for window in photographs if window is not None)
 
@@ -332,11 +334,14 @@ def parse(argv: list[str] | None) -> Recipe:
     parser.add_argument("--rendered", type=Path, help="rendered shards, with train/ and val/")
     parser.add_argument("--drawn", type=Path, help="drawn shards, with train/ and val/")
     parser.add_argument("--real", type=Path, help="folder of photographs with YOLO boxes")
+    parser.add_argument("--unknown", type=Path, help="what export.find_unknown wrote of these")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--start", type=Path, help="weights of an earlier run to begin with")
     parser.add_argument("--held-minutes", type=float, nargs=2, default=(600.0, 600.0),
                         help="longest time of each stage at the full rate")  # fmt: skip
     parser.add_argument("--cooling-steps", type=int, default=1500)
+    parser.add_argument("--shares", type=float, nargs=len(Kind), default=DEFAULT_SHARES.values(),
+                        help=f"of crops from: {', '.join(Kind)}")  # fmt: skip
     parser.add_argument("--first-stage", type=int, choices=(1, 2), default=1)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--batch", type=int, default=4)
@@ -349,9 +354,10 @@ def parse(argv: list[str] | None) -> Recipe:
         {k: root / part for k, root in folders.items() if root is not None}
         for part in ("train", "val")
     )
+    shares = dict(zip(Kind, options.shares, strict=True))
     return Recipe(
-        sources=Sources(**train, real=options.real),
-        validation=Sources(**val, real=options.real),
+        sources=Sources(**train, real=options.real, unknown=options.unknown, shares=shares),
+        validation=Sources(**val, real=options.real, unknown=options.unknown),
         out=options.out,
         seed=options.seed,
         batch=options.batch,

@@ -100,7 +100,11 @@ def capture(
 
 def look(block: Block, cluster_index: int, day: float, view: int, faults: Faults) -> Sight:
     """Aim at a cluster; of the faults only those in FRAMING make a difference here."""
-    aimed = aim(block, cluster_index, day, view, faults)
+    return both_eyes(aim(block, cluster_index, day, view, faults), cluster_index, day, view)
+
+
+def both_eyes(aimed: Aim, cluster_index: int, day: float, view: int) -> Sight:
+    """Look at what is before the camera through both eyes."""
     calibration, renderer = aimed.calibration, aimed.renderer
     region = Region(0, 0, calibration.width_px, calibration.height_px)
     left, right = (renderer.view(x, region) for x in (0.0, calibration.baseline_mm))
@@ -117,7 +121,7 @@ def aim(block: Block, cluster_index: int, day: float, view: int, faults: Faults)
     scene = build_scene(plan, day)
     framing = faults if faults.kind in FRAMING else Faults()
     shot = draw_shot(plan, scene, day, view, calibration, framing)
-    scene = _parted(scene, shot, calibration)
+    scene = parted(scene, shot, calibration)
     if faults.kind is Fault.TAG_HIDDEN:
         scene = with_covered_tag(scene, faults.severity / max(SEVERITIES))
     return Aim(plan, calibration, shot, Renderer(scene, shot.pose, calibration, shot.light))
@@ -137,7 +141,7 @@ def develop(sight: Sight, faults: Faults) -> SimulatedCapture:
     )
 
 
-def _parted(scene: Scene, shot: Shot, calibration: Calibration) -> Scene:
+def parted(scene: Scene, shot: Shot, calibration: Calibration) -> Scene:
     """The scene after the operator's free hand has parted the leaves before the tag."""
     hiding = hiding_the_tag(scene, shot.pose, (0.0, calibration.baseline_mm))
     while hiding:

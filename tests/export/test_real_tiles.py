@@ -8,8 +8,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import torch
 
-from export import pasted, real_tiles
+from export import find_unknown, pasted, real_tiles
 from export import segmentation_data as data
 from export import segmentation_window as windows
 
@@ -97,12 +98,23 @@ def test_tiles_of_one_photograph_stay_together(tmp_path: Path) -> None:
 
 def test_noted_unknown_places_come_with_their_tile(tmp_path: Path) -> None:
     _tile(tmp_path, "a_1")
-    (tmp_path / real_tiles.UNKNOWN_FILE).write_text(json.dumps({"a_1.png": [[0.7, 0.7, 0.9, 0.9]]}))
-    window = _all(tmp_path)[0].read()
+    noted = tmp_path / "unknown.json"
+    noted.write_text(json.dumps({"a_1.png": [[0.7, 0.7, 0.9, 0.9]]}))
+    tiles = [
+        t for kept in (False, True) for t in real_tiles.list_tiles(tmp_path, kept, noted).all()
+    ]
+    window = tiles[0].read()
     assert window is not None
     assert window.unknown.round(1).tolist() == [
         [pytest.approx(44.8), pytest.approx(44.8), pytest.approx(57.6), pytest.approx(57.6)]
     ]
+
+
+def test_unboxed_fruit_is_apart_from_boxes_and_smaller() -> None:
+    boxes = torch.tensor([[0.0, 0, 40, 40], [50, 50, 90, 90]])
+    found = torch.tensor([[2.0, 0, 40, 40], [60, 0, 75, 15], [0, 50, 40, 90], [41, 41, 60, 60]])
+    assert find_unknown.unboxed(found, boxes).tolist() == [False, True, False, True]
+    assert not find_unknown.unboxed(found, boxes[:0]).any()
 
 
 @pytest.mark.parametrize("turns", range(4))
