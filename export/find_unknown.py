@@ -36,7 +36,7 @@ def unboxed(found: Tensor, boxes: Tensor) -> Tensor:
     if not len(boxes):
         return torch.zeros(len(found), dtype=torch.bool)
     usual = _side(boxes).median()
-    apart = box_iou(found, boxes).amax(dim=1) < MOST_IOU
+    apart: Tensor = box_iou(found, boxes).amax(dim=1) < MOST_IOU
     return apart & (_side(found) < SMALLER * usual)
 
 

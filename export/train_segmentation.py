@@ -275,11 +275,16 @@ class Run:
         progress.since_best += 1
         if figure is not None and figure > progress.best:
             progress.best, progress.since_best = figure, 0
-        held_s = progress.elapsed_s - progress.stage_start_s
-        late = held_s >= 60 * self.recipe.held_minutes[progress.stage - 1]
-        settled = late or progress.since_best > self.recipe.patience
-        if progress.cooling_from_step is None and settled:
-            progress.cooling_from_step = progress.step_in_stage
+        if progress.since_best > self.recipe.patience:
+            self._cool()
+
+    def _cool(self) -> None:
+        if self.progress.cooling_from_step is None:
+            self.progress.cooling_from_step = self.progress.step_in_stage
+
+    def _late(self) -> bool:
+        held_s = self.progress.elapsed_s - self.progress.stage_start_s
+        return held_s >= 60 * self.recipe.held_minutes[self.progress.stage - 1]
 
     def stream(self) -> Iterator[Batch]:
         """Batches from the sample where the run stands."""
@@ -316,6 +321,8 @@ class Run:
             if elapsed_s - measured_s >= self.recipe.measure_every_s:
                 self.judge(self.measure())
                 measured_s = elapsed_s
+            if self._late():
+                self._cool()
             self.end_of_stage()
             if elapsed_s - saved_s >= self.recipe.checkpoint_every_s:
                 self.save()
