@@ -239,6 +239,7 @@ class ReasonCode(StrEnum):
     SWAPPED_EYES = "swapped_eyes"
     MISPAIRED = "mispaired"
     CALIBRATION_DRIFT = "calibration_drift"
+    UNSURE_FRUIT = "unsure_fruit"
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from drawn_tags import IMAGE_CORNERS
 
 from fieldcam.values import (
     Calibration,
+    DisparityWindow,
     Expectation,
     Flag,
     Fruitlet,
@@ -23,6 +24,7 @@ from fieldcam.vision.judging import judge
 
 CAMERA = Calibration(1440, 1080, 1717.0, 719.5, 539.5, 60.0)
 TAG_MM = 27.95
+SEARCHED = Region(360, 180, 1080, 900)
 GAMMA_BIAS = -0.0055
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -90,8 +92,10 @@ def evidence(**changes: object) -> Evidence:
         "tags_seen": () if tag is None else (tag,),
         "expectation": Expectation(17, 3),
         "fruitlets": (make_fruitlet(), make_fruitlet((870, 580)), make_fruitlet((900, 540))),
+        "faint_px": (),
+        "window": DisparityWindow(SEARCHED, np.full((720, 720), 234.0, np.float32)),
         "calibration": CAMERA,
-        "region": Region(360, 180, 1080, 900),
+        "region": SEARCHED,
         "quality": replace(GOOD_QUALITY, **measures),
         "tag_size_mm": TAG_MM,
     }

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fieldcam.values import Calibration, Expectation, Fruitlet, Region, TagPose
+from fieldcam.values import (
+    Calibration,
+    DisparityWindow,
+    Expectation,
+    Fruitlet,
+    Region,
+    TagPose,
+)
 from fieldcam.vision.eye_matches import EyeMatches
 
 
@@ -40,6 +47,9 @@ class Evidence:
     tags_seen: tuple[TagPose, ...]
     expectation: Expectation
     fruitlets: tuple[Fruitlet, ...]
+    faint_px: tuple[tuple[float, float], ...]
+    """Middles (x, y) of what looks a little like a fruitlet."""
+    window: DisparityWindow
     calibration: Calibration
     region: Region
     """The part of the left image that was searched."""

@@ -21,6 +21,7 @@ from fieldcam.values import (
 )
 from fieldcam.vision.evidence import Evidence, Quality
 from fieldcam.vision.findings import Finding, confirm, retake
+from fieldcam.vision.judging_doubt import judge_doubt
 from fieldcam.vision.judging_eyes import judge_eyes
 from fieldcam.words import number_of
 
@@ -47,7 +48,10 @@ def judge(evidence: Evidence) -> Verdict:
     """The verdict, with every reason that holds; causes stand before consequences."""
     light = list(_light(evidence.quality))
     eyes = list(judge_eyes(evidence, spoiled=bool(light)))
-    findings = [*light, *eyes, *_tag(evidence), *_fruit(evidence, explained=bool(light or eyes))]
+    spoiled = bool(light or eyes)
+    findings = [*light, *eyes, *_tag(evidence), *_fruit(evidence, explained=spoiled)]
+    if not spoiled:
+        findings += judge_doubt(evidence)
     reasons = tuple(reason for _, reason in findings)
     statuses = {status for status, _ in findings}
     worst = (s for s in (Status.RETAKE, Status.CONFIRM) if s in statuses)

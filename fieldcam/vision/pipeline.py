@@ -147,8 +147,8 @@ class Pipeline:
         with clock.stage("judge"):
             quality = measure_quality(pair, region, tag, window, fruitlets)
             evidence = Evidence(
-                tag, right_tag, tags, expectation, fruitlets, calibration, region, quality,
-                settings.tag_size_mm,
+                tag, right_tag, tags, expectation, fruitlets, segmented.faint_px, window,
+                calibration, region, quality, settings.tag_size_mm,
             )  # fmt: skip
             verdict = judge(evidence)
         return ClusterReading(

@@ -1,0 +1,81 @@
+"""Whether the networks understood what hangs beside the tag.
+
+A fruitlet that the segmentation misses leaves traces: a place that looks a little like
+one, a detection that is too unsure to be sized, fruit that no cluster claims. Few of
+them are usual. Many beside few fruitlets mean a look that the network does not know,
+and a number that looks right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fieldcam.values import Flag, Fruitlet, ReasonCode, TagPose
+from fieldcam.vision.evidence import Evidence
+from fieldcam.vision.findings import Finding, confirm
+from fieldcam.words import number_of
+
+REACH_MM = 45.0
+"""How far from the middle of the target's fruitlets a missed one can hang."""
+DEPTH_REACH_MM = 35.0
+MOST_UNSURE = 0.5
+"""Unsure places for each fruitlet of the target, beyond which it is asked."""
+AROUND_PX = 4
+
+
+def judge_doubt(evidence: Evidence) -> Iterator[Finding]:
+    """A question where too much beside the tag may be fruit that was not found."""
+    target = evidence.target
+    if evidence.tag is None or not target:
+        return
+    places = unsure_places(evidence)
+    if len(places) > MOST_UNSURE * len(target):
+        more = number_of(len(places), "place")
+        text = f"{more} beside the tag may be fruit that was not found: count them."
+        yield confirm(ReasonCode.UNSURE_FRUIT, text)
+
+
+def unsure_places(evidence: Evidence) -> tuple[tuple[float, float], ...]:
+    """Middles (x, y) in the image of what may be fruitlets of the target."""
+    target, tag = evidence.target, evidence.tag
+    if tag is None or not target:
+        return ()
+    faint = [p for p in evidence.faint_px if _beside(p, _range_at(evidence, p), evidence, tag)]
+    unsized = [f.center_px for f in target if Flag.BAD_OUTLINE in f.flags]
+    # Fruit without depth has a reason of its own.
+    others = (f for f in evidence.fruitlets if not f.in_target and Flag.NO_DEPTH not in f.flags)
+    apart = [f.center_px for f in others if _beside(f.center_px, f.range_mm, evidence, tag)]
+    return (*faint, *unsized, *apart)
+
+
+def _range_at(evidence: Evidence, place: tuple[float, float]) -> float | None:
+    """Median range around a place of the image; None where nothing is known."""
+    window = evidence.window
+    column, row = round(place[0]) - window.region.x0, round(place[1]) - window.region.y0
+    rows = slice(max(row - AROUND_PX, 0), max(row + AROUND_PX + 1, 0))
+    columns = slice(max(column - AROUND_PX, 0), max(column + AROUND_PX + 1, 0))
+    near = window.disparity_px[rows, columns]
+    known = near[np.isfinite(near)]
+    return evidence.calibration.range_mm(float(np.median(known))) if known.size else None
+
+
+def _beside(
+    place: tuple[float, float], range_mm: float | None, evidence: Evidence, tag: TagPose
+) -> bool:
+    """Whether something at a place of the image can belong to the target."""
+    target = evidence.target
+    middle = np.median([f.center_px for f in target], axis=0)
+    cluster_mm = _cluster_range_mm(target, tag)
+    if cluster_mm is None:
+        return True
+    gap_px = float(np.hypot(*(np.array(place) - middle)))
+    if gap_px > REACH_MM * evidence.calibration.focal_px / cluster_mm:
+        return False
+    return range_mm is None or abs(range_mm - cluster_mm) < DEPTH_REACH_MM
+
+
+def _cluster_range_mm(target: tuple[Fruitlet, ...], tag: TagPose) -> float | None:
+    ranges = [f.range_mm for f in target if f.range_mm is not None]
+    return float(np.median(ranges)) if ranges else tag.range_mm
