@@ -14,7 +14,7 @@ from fieldcam.vision.clouds import fruitlet_cloud
 from fieldcam.vision.covers import covers
 from fieldcam.vision.segmentation import is_cut
 from fieldcam.vision.sizing import Observation, Size, size_by_paper, size_fruitlet
-from fieldcam.vision.sizing_settings import Corrections, SizingParameters
+from fieldcam.vision.sizing_settings import Corrections, SizingParameters, Uncertainty
 
 
 def observations(drawn: Drawn) -> list[Observation]:
@@ -166,3 +166,24 @@ def test_a_detection_that_the_network_is_unsure_of_is_seen_but_not_sized() -> No
     assert size_fruitlet(unsure, CAMERA).diameter_mm is None
     assert Flag.BAD_OUTLINE in size_fruitlet(unsure, CAMERA).flags
     assert size_fruitlet(observed, CAMERA).diameter_mm is not None
+
+
+def test_the_parts_of_an_uncertainty_add_as_squares() -> None:
+    uncertainty = Uncertainty(of_outline=2.0, of_width=1.0, least_mm=0.03, of_diameter=0.004)
+    assert uncertainty.sd_mm(10.0, 0.06, 0.0) == pytest.approx(0.13)
+    assert uncertainty.sd_mm(10.0, 0.0, 0.012) == pytest.approx(0.13)
+    assert uncertainty.sd_mm(10.0, 0.0, None) == pytest.approx(0.05)
+
+
+def test_a_size_that_the_network_is_unsure_of_is_not_given_out() -> None:
+    sure = observations(draw([Fruit((0.0, 0.0, 440.0), 9.0)]))[0]
+    parameters = SizingParameters(uncertainty=Uncertainty(of_width=1.0))
+    unsure = replace(sure, instance=replace(sure.instance, width_sd=0.2, seen_fraction=0.5))
+    size = size_fruitlet(sure, CAMERA, parameters)
+    assert size.diameter_mm is not None
+    assert size.sd_mm is not None
+    assert size.sd_mm < 0.3
+    doubtful = size_fruitlet(unsure, CAMERA, parameters)
+    assert doubtful.diameter_mm is None
+    assert doubtful.flags == (Flag.HIDDEN,)
+    assert doubtful.visible_fraction == 0.5

@@ -45,7 +45,7 @@ from fieldcam.vision.right_eye import TagReader, find_in_right
 from fieldcam.vision.segmentation import Segmentation, Segmenter, is_cut
 from fieldcam.vision.sgbm import SgbmMatcher
 from fieldcam.vision.sizing import Observation, Size, size_by_paper, size_fruitlet
-from fieldcam.vision.sizing_settings import SizingParameters
+from fieldcam.vision.sizing_settings import SizingParameters, Uncertainty
 from fieldcam.vision.stereo import (
     StereoMatcher,
     default_max_disparity,
@@ -91,6 +91,7 @@ class Pipeline:
         segmentation, stereo = models.segmentation, models.stereo
         scale = float(segmentation.facts.get("scale", 1.0))
         bias = float(segmentation.facts.get("edge_bias_px", 0.0))
+        uncertainty = Uncertainty(**segmentation.facts.get("uncertainty", {}))
         return cls(
             Segmenter(segmentation.path, segmentation.score_threshold, scale),
             {
@@ -100,7 +101,7 @@ class Pipeline:
                 Matcher.SGBM: SgbmMatcher(),
             },
             models.hashes,
-            Parameters(sizing=SizingParameters(edge_bias_px=bias)),
+            Parameters(sizing=SizingParameters(uncertainty=uncertainty, edge_bias_px=bias)),
         )
 
     def analyse(

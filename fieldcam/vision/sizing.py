@@ -59,7 +59,7 @@ class Size:
 
     diameter_mm: float | None
     sd_mm: float | None
-    """Standard deviation of the diameter from its outline."""
+    """Standard deviation of the diameter; None where none could be measured."""
     outline: Ellipse | None
     disparity_px: float | None
     """Median over the visible surface."""
@@ -84,16 +84,27 @@ def size_fruitlet(
         return Size(None, None, None, median, 1.0, (*early, Flag.BAD_OUTLINE))
     ellipse = fit.ellipse
     area = np.pi / 4 * ellipse.major_px * ellipse.minor_px
-    visible = float(np.clip(observed.instance.visible.area_px / area, 0.0, 1.0))
+    visible = _visible_fraction(observed.instance, area)
     flags = (*early, *_outline_flags(fit, visible, parameters))
     if observed.instance.score < parameters.min_score:
         flags = (*flags, Flag.BAD_OUTLINE)
     if median is None:
         return Size(None, None, ellipse, None, visible, _unique(flags))
     diameter, spread = diameter_and_spread(fit, surface, calibration, corrections)
-    sd = fit.minor_sd_px * calibration.baseline_mm / median
+    outline_sd = fit.minor_sd_px * calibration.baseline_mm / median
+    sd = parameters.uncertainty.sd_mm(diameter, outline_sd, observed.instance.width_sd)
     flags = _unique((*flags, *_value_flags(diameter, sd, spread, parameters)))
     return Size(None if flags else diameter, sd, ellipse, median, visible, flags)
+
+
+def _visible_fraction(instance: Instance, outline_area_px: float) -> float:
+    """As the network takes it, else the mask's share of the fitted outline.
+
+    What hides a fruitlet without leaving a dent in its outline is not in the outline's area.
+    """
+    of_outline = instance.visible.area_px / outline_area_px
+    seen = 1.0 if instance.seen_fraction is None else instance.seen_fraction
+    return float(np.clip(min(of_outline, seen), 0.0, 1.0))
 
 
 def size_by_paper(observed: Observation, calibration: Calibration) -> Size:

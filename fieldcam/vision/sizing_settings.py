@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from fieldcam.vision.ellipse import FitParameters
@@ -24,18 +25,45 @@ class Corrections:
 
 
 @dataclass(frozen=True, slots=True)
+class Uncertainty:
+    """What a size's standard deviation is made of; `export.tune_sizing` fits it to true errors.
+
+    The parts are independent. The outline's own says how well its points hold the ellipse, which
+    is too little: they err together, and the eye's depth errs as well.
+    """
+
+    of_outline: float = 2.4
+    """Times the outline's standard deviation."""
+    of_width: float = 0.0
+    """Times what the network says of its mask's width, where it says something."""
+    least_mm: float = 0.09
+    of_diameter: float = 0.0
+
+    def sd_mm(self, diameter_mm: float, outline_sd_mm: float, width_sd: float | None) -> float:
+        """Standard deviation of a diameter; `width_sd` is a share of it."""
+        parts = (
+            self.of_outline * outline_sd_mm,
+            self.of_width * (width_sd or 0.0) * diameter_mm,
+            self.least_mm,
+            self.of_diameter * diameter_mm,
+        )
+        return math.hypot(*parts)
+
+
+@dataclass(frozen=True, slots=True)
 class SizingParameters:
     """When a fruitlet is sized, and when it is only reported as seen."""
 
     fit: FitParameters = field(default_factory=FitParameters)
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
     edge_bias_px: float = 0.0
     """How far outside the true edge a network draws its zero line, on average."""
     min_score: float = 0.9
     """A fruitlet that the network is less sure of is seen, not sized: where two overlap, such
     a detection is often a part of one or both."""
-    max_sd_mm: float = 0.25
+    max_sd_mm: float = 0.6
     """A diameter less certain than this is not given out."""
-    max_sd_share: float = 0.05
+    max_sd_share: float = 0.12
     min_coverage: float = 0.45
     min_visible_fraction: float = 0.35
     max_residual_px: float = 1.0
