@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Iterator
+import signal
+import sys
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
@@ -39,7 +41,16 @@ def main(arguments: list[str] | None = None) -> None:
     checkpoint = options.out / "stereo.pt"
     if checkpoint.exists():
         state.restore(checkpoint)
-    train(state, options, checkpoint)
+    asked_to_stop = False
+
+    def stop(_signal: int, _frame: object) -> None:
+        nonlocal asked_to_stop
+        asked_to_stop = True
+
+    signal.signal(signal.SIGTERM, stop)
+    train(state, options, checkpoint, lambda: asked_to_stop)
+    if asked_to_stop:
+        return
     report = validate(state.average, options.data / "val", options.iterations)
     append_line(options.out / "stereo.jsonl", {"batches": state.progress.batches, **report})
     about = {"recipe": recipe(options, state.progress.batches), "quality": report}
@@ -77,15 +88,20 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def train(state: TrainingState, options: argparse.Namespace, checkpoint: Path) -> None:
-    """Steps until the budget is spent; the schedule follows the time, not the steps."""
+def train(
+    state: TrainingState,
+    options: argparse.Namespace,
+    checkpoint: Path,
+    stopped: Callable[[], bool],
+) -> None:
+    """Steps until the budget is spent or the run is stopped; the schedule follows the time."""
     budget = 60 * options.minutes
     log = checkpoint.with_suffix(".jsonl")
     manner = Manner(fixed_norms=options.start is not None, bfloat16=options.bfloat16)
     saved = validated = state.progress.seconds
     before = monotonic()
     for batch in _batches(options, state.progress.batches):
-        if state.progress.seconds >= budget:
+        if state.progress.seconds >= budget or stopped():
             break
         share = state.progress.seconds / budget
         rate = state.set_rate(share)
@@ -104,8 +120,16 @@ def train(state: TrainingState, options: argparse.Namespace, checkpoint: Path) -
             append_line(log, {"batches": state.progress.batches, **report})
         if state.progress.seconds - saved > SAVE_EVERY_S:
             saved = state.progress.seconds
-            state.save(checkpoint)
-    state.save(checkpoint)
+            _save(state, checkpoint)
+    _save(state, checkpoint)
+
+
+def _save(state: TrainingState, checkpoint: Path) -> None:
+    """A full disk is told, and training goes on."""
+    try:
+        state.save(checkpoint)
+    except (OSError, RuntimeError) as problem:
+        sys.stderr.write(f"The checkpoint could not be written: {problem}\n")
 
 
 @dataclass(frozen=True, slots=True)

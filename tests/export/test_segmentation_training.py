@@ -264,3 +264,14 @@ def test_a_stock_network_exports_its_own_class(tmp_path: Path) -> None:
     assert len(found[0]) > 0
     assert found[3].shape == (len(found[0]), 1, 28, 28)
     assert np.array_equal(found[0], found[2])
+
+
+def test_a_checkpoint_that_cannot_be_written_is_told_and_the_run_goes_on(
+    shards: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = train.Run(_recipe(shards, tmp_path, 1))
+    run.checkpoint = tmp_path / "gone" / "last.pt"
+    run.save()
+    assert "The checkpoint could not be written" in capsys.readouterr().err
+    run.step(_batch())
+    assert run.progress.step == 1

@@ -194,3 +194,22 @@ def test_public_checkpoint_loads_strictly(tmp_path: Path) -> None:
     torch.save(saved, tmp_path / "public.pth")
     with pytest.raises(RuntimeError, match=r"cnet\.conv1\.weight"):
         conversion.load_public(tmp_path / "public.pth", plain)
+
+
+def test_a_stopped_command_leaves_a_checkpoint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(training, "SHIPPED", TINY)
+    monkeypatch.setattr(data, "SHAPES", ((1, 64),))
+    monkeypatch.setattr(data, "LayeredScenes", partial(data.LayeredScenes, textures=1))
+    options = training._parser().parse_args(
+        ["--data", str(tmp_path), "--out", str(tmp_path), "--workers", "0", "--minutes", "60"]
+    )
+    (tmp_path / "train").mkdir()
+    state = states.TrainingState(raft.RaftStereo(TINY), 1e-3, 0)
+    asked = iter([False, False, True])
+    training.train(state, options, tmp_path / "stereo.pt", lambda: next(asked))
+    assert state.progress.batches == 2
+    again = states.TrainingState(raft.RaftStereo(TINY), 1e-3, 1)
+    again.restore(tmp_path / "stereo.pt")
+    assert again.progress.batches == 2
