@@ -32,12 +32,12 @@ class Uncertainty:
     is too little: they err together, and the eye's depth errs as well.
     """
 
-    of_outline: float = 2.4
+    of_outline: float = 2.53
     """Times the outline's standard deviation."""
     of_width: float = 0.0
     """Times what the network says of its mask's width, where it says something."""
-    least_mm: float = 0.09
-    of_diameter: float = 0.0
+    least_mm: float = 0.0
+    of_diameter: float = 0.0051
 
     def sd_mm(self, diameter_mm: float, outline_sd_mm: float, width_sd: float | None) -> float:
         """Standard deviation of a diameter; `width_sd` is a share of it."""
@@ -61,7 +61,7 @@ class SizingParameters:
     min_score: float = 0.9
     """A fruitlet that the network is less sure of is seen, not sized: where two overlap, such
     a detection is often a part of one or both."""
-    max_sd_mm: float = 0.6
+    max_sd_mm: float = 0.4
     """A diameter less certain than this is not given out."""
     max_sd_share: float = 0.12
     min_coverage: float = 0.45
