@@ -71,6 +71,33 @@ GOOD: dict[str, str | bytes] = {
     "long with other dates": LONG.replace("2026-05-10", "10.05.2026").replace(
         "-14", "-14 00:00:00"
     ),
+    "wide with a line that says the separator": "sep=;\n" + WIDE.replace(",", ";"),
+    "wide below a title": "Gala, block 7;;;;\n\n" + WIDE.replace(",", ";").replace("8.5", "8,5"),
+    "wide below a date of its own": "Printed;2026-06-01\n" + WIDE.replace(",", ";"),
+    "wide with units below the names": WIDE.replace("-14\n", "-14\n,,,mm,(mm)\n"),
+    "wide with units behind the names": WIDE.replace("-10", "-10 (mm)").replace("-14", "-14 [mm]"),
+    "wide below dates": "tree,cluster,fruit,2026-05-10,,2026-05-14,\n,,,diam,note,diam,note\n"
+    + "1,17,1,8.5,,11.0,\n1,17,2,7.0,,,gone\n2,18,1,9.1,windy,12.0,\n",
+    "wide with dates above the names": ",,,2026-05-10,,2026-05-14,\n"
+    + "tree,cluster,fruit,Diam (mm),note,Diam (mm),note\n"
+    + "1,17,1,8.5,,11.0,\n1,17,2,7.0,,,gone\n2,18,1,9.1,windy,12.0,\n",
+    "wide with merged cells": WIDE.replace("1,17,2", ",,2"),
+    "wide with spurs and notes": WIDE.replace("cluster,fruit", "Spur No.,Fruit #").replace(
+        "-14\n", "-14,note,note\n"
+    ),
+    "wide with other dates": WIDE.replace("2026-05-10", "5/10/2026").replace(
+        "2026-05-14", "5/14/2026"
+    ),
+    "wide with a word": WIDE.replace("7.0,\n", "7.0,Dropped\n"),
+    "wide with units in the cells": WIDE.replace("8.5", "8.5 mm"),
+    "wide, as Excel's Unicode text": WIDE.replace(",", "\t").encode("utf-16"),
+    "long with dates written once": LONG.replace("2026-05-10,17,2", ",,2")
+    .replace("2026-05-10,18", ",18")
+    .replace("2026-05-14,17,2", ",,2"),
+    "long with fruit written once": "date,cluster,fruit,diameter_mm\n2026-05-10,17,1,8.5\n"
+    "2026-05-14,,,11.0\n2026-05-10,,2,7.0\n2026-05-10,18,1,9.1\n2026-05-14,,,12.0\n",
+    "tags and fruit with dates in a column": "date,tag,fl1,fl2\n2026-05-10,17,8.5,7\n"
+    "2026-05-10,18,9.1,\n2026-05-14,17,11,\n2026-05-14,18,12,\n",
     "long with numbers of spreadsheets": LONG.replace(",17,", ",17.0,").replace(",1,", ",1.0,"),
 }
 
@@ -124,7 +151,7 @@ def test_sheets_without_rows_are_told(tmp_path: Path) -> None:
     empty: dict[str, list[tuple[object, ...]]] = {"2026-05-18": [HEADING], "notes": [("windy",)]}
     found = read_calipers(workbook(tmp_path / "gala.xlsx", SHEETS | empty))
     assert found.notes[:2] == (
-        "Sheets that are not named as a date were left out: notes.",
+        "Sheets that hold no caliper table were left out: notes.",
         "Sheets without rows were left out: 2026-05-18.",
     )
 
@@ -132,7 +159,7 @@ def test_sheets_without_rows_are_told(tmp_path: Path) -> None:
 def test_the_authors_workbook(tmp_path: Path) -> None:
     found = read_calipers(workbook(tmp_path / "gala.xlsx", {**SHEETS, "notes": [("rain",)]}))
     assert sizes(found.record) == EXPECTED
-    assert "Sheets that are not named as a date were left out: notes." in found.notes
+    assert "Sheets that hold no caliper table were left out: notes." in found.notes
 
 
 def test_a_fruit_of_the_authors_has_one_name_in_all_shapes(tmp_path: Path) -> None:
@@ -141,8 +168,18 @@ def test_a_fruit_of_the_authors_has_one_name_in_all_shapes(tmp_path: Path) -> No
 
 
 BAD_SHEETS: dict[str, tuple[dict[str, list[tuple[object, ...]]], str]] = {
-    "no dates": ({"may": [HEADING]}, "No sheet of gala.xlsx is named as a date"),
-    "no fruit": ({"2026-05-10": [("tag", "a")]}, "gala.xlsx, sheet 2026-05-10: it needs"),
+    "no dates": (
+        {"may": [HEADING, (17, 8.0, 9.0)]},
+        "gala.xlsx, sheet may: the column date is missing.",
+    ),
+    "no year": (
+        {"10 May": [HEADING, (17, 8.0, 9.0)]},
+        "gala.xlsx, sheet 10 May: '10 May' has no year.",
+    ),
+    "no fruit": (
+        {"2026-05-10": [("tag", "a")]},
+        "gala.xlsx has no heading of a caliper table; it begins with 'tag a'.",
+    ),
     "no number": (
         {"2026-05-10": [HEADING, (17, 8.0, "big")]},
         "gala.xlsx, sheet 2026-05-10, cell C2: 'big' is no diameter",
@@ -168,24 +205,40 @@ def test_what_is_wrong_in_a_workbook_is_named_with_its_cell(
     assert refused.value.message.startswith(message)
 
 
-@pytest.mark.parametrize("content", [b"", b"no workbook", b"PK\x03\x04"])
-def test_files_that_are_no_workbooks(tmp_path: Path, content: bytes) -> None:
+def test_the_content_says_what_a_file_is(tmp_path: Path) -> None:
+    path = tmp_path / "gala.csv"
+    workbook(tmp_path / "gala.xlsx", SHEETS).rename(path)
+    assert sizes(read_calipers(path).record) == EXPECTED
+    path = tmp_path / "gala.xlsx"
+    path.write_text(WIDE)
+    assert sizes(read_calipers(path).record) == EXPECTED
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is empty"),
+        (b"no workbook", "has no heading of a caliper table; it begins with 'no workbook'"),
+        (b"PK\x03\x04", "is no workbook that can be read"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "of Excel 97 to 2003, or is locked by a password"),
+        (b"%PDF-1.4\xff", "is no text in UTF-8"),
+    ],
+)
+def test_files_that_are_no_workbooks(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / "gala.xlsx"
     path.write_bytes(content)
-    with pytest.raises(BadInput, match="is no workbook"):
+    with pytest.raises(BadInput, match=message):
         read_calipers(path)
-    named_wrongly = path.with_suffix(".csv")
-    workbook(path, SHEETS).rename(named_wrongly)
-    with pytest.raises(BadInput, match=r"is a workbook, not a CSV table\. Let its name end in"):
-        read_calipers(named_wrongly)
     with pytest.raises(BadInput, match="There is no file"):
-        read_calipers(path)
+        read_calipers(tmp_path / "none.xlsx")
+    with pytest.raises(BadInput, match="is no file"):
+        read_calipers(Path("/dev/zero"))
 
 
 BAD = {
     "": "gala.csv is empty.",
     "\n\n": "gala.csv is empty.",
-    "a,b,c\n1,2,3\n": "gala.csv: its heading is not that of a caliper table.",
+    "a,b,c\n1,2,3\n": "gala.csv has no heading of a caliper table; it begins with 'a b c'.",
     "date,fruit,diameter_mm\n": "gala.csv: the column cluster is missing.",
     "date,cluster,fruit,diameter_mm\n": "gala.csv holds no sizes.",
     WIDE.replace("8.5", "8,5"): "gala.csv, line 2: there are 6 cells below 5 headings; are commas",
@@ -195,25 +248,35 @@ BAD = {
     WIDE.replace("8.5", "850"): "gala.csv, line 2, column diam.2026-05-10: 850 mm is no size",
     WIDE.replace("8.5", "1e1"): "gala.csv, line 2, column diam.2026-05-10: '1e1' is no diameter",
     WIDE.replace("2026-05-14", "2026-05-10 "): "gala.csv, line 1: there are two columns",
-    WIDE.replace("2026-05-14", "2026.05.10"): "gala.csv: there are two columns for 2026-05-10.",
-    WIDE.replace(
-        "2026-05-14", "2026-02-30"
-    ): "gala.csv, column diam.2026-02-30: '2026-02-30' is no",
-    WIDE.replace(
-        "2026-05-14", "05/06/2026"
-    ): "gala.csv, column diam.05/06/2026: '05/06/2026' is no",
+    WIDE.replace("2026-05-14", "2026.05.10"): "gala.csv, line 2, column diam.2026.05.10: fruit 1 of"
+    " cluster 17 on 2026-05-10 is in line 2, column diam.2026-05-10 already.",
+    WIDE.replace("2026-05-14", "2026-02-30"): "gala.csv, line 1, column diam.2026-02-30:"
+    " '2026-02-30' is no date.",
+    WIDE.replace("2026-05-14", "05/06/2026"): "gala.csv, line 1, column diam.05/06/2026:"
+    " '05/06/2026' is 2026-06-05 (the day first) or 2026-05-06 (the month first), and nothing",
+    WIDE.replace("2026-05-10", "10-May"): "gala.csv, line 1, column diam.10-may: '10-may' has no",
+    WIDE.replace(",", ";").replace("8.5", "8;5"): "gala.csv, line 2: there are 6 cells below 5"
+    " headings; the last is '11.0'.",
+    WIDE.replace("7.0,", "fallen,8.0"): "gala.csv, line 3, column diam.2026-05-14: fruit 2 of"
+    " cluster 17 has a size on 2026-05-14, but is 'fallen' on 2026-05-10 (line 3, column",
     WIDE.replace("1,17,2", "1,17,1"): "gala.csv, line 3, column diam.2026-05-10: fruit 1 of cluster"
     " 17 on 2026-05-10 is in line 2, column diam.2026-05-10 already.",
     WIDE.replace("1,17,2", "2,17,2"): "gala.csv, line 3, column diam.2026-05-10: cluster 17 is on"
     " tree 2, but on tree 1 in line 2",
-    WIDE.replace("1,17,2", "1,,2"): "gala.csv, line 3: the cluster is missing.",
+    WIDE.replace("1,17,2", "2,,2"): "gala.csv, line 3: the cluster is missing.",
+    WIDE.replace(
+        "1,17,2", "1,,1"
+    ): "gala.csv, line 3, column diam.2026-05-10: fruit 1 of cluster 17 on 2026-05-10 is in line 2",
+    "tree,cluster,fruit,2026-05-10\n,,2,7.0\n": "gala.csv, line 2: the cluster is missing.",
     WIDE.replace("1,17,2", "1,A,2"): "gala.csv, line 3: 'A' is no cluster number.",
     WIDE.replace("1,17,2", "1,17,"): "gala.csv, line 3: the fruit has no name.",
     WIDE.replace("diam.2026-05-10", "diam.1"): "gala.csv: column diam.1 has a number, others",
     WIDE.replace("2026-05-10", "1").replace("2026-05-14", "2"): "gala.csv numbers its visits",
     LONG.replace("diameter_mm", "diameter_cm"): "gala.csv: column diameter_cm seems to be in cent",
     LONG.replace("2026-05-14,17,1", "2026-05-14,17,"): "gala.csv, line 5, column diameter_mm: this",
-    LONG.replace("2026-05-14,17,1", "14/5/26,17,1"): "gala.csv, line 5, column date: '14/5/26' is",
+    LONG.replace(
+        "2026-05-14,17,1", "14/15/26,17,1"
+    ): "gala.csv, line 5, column date: '14/15/26' is",
     "date,cluster,fruit,diameter_mm\n2026-05-10,17,1,0.85\n2026-05-10,17,2,1.2\n": "gala.csv: the"
     " sizes of 2026-05-10 are 1 in the middle; are they in centimetres?",
     WIDE.replace("8.5", "2.9").replace("7.0", "2.6").replace("9.1", "3.0"): "gala.csv: the sizes of"
@@ -253,7 +316,11 @@ NOTED = {
     "an empty column": (WIDE.replace("-14\n", "-14,diam.2026-05-20\n"), "Without any size, and so"),
     "words for nothing": (
         WIDE.replace("7.0,\n", "7.0,NA\n"),
-        "gala.csv says NA or the like in 1",
+        "gala.csv says NA or the like in 1 cell, and leaves none empty: read as empty cells.",
+    ),
+    "what fell": (
+        WIDE,
+        "Without a size to the end, and so taken as fallen: 1 fruit (1 on 2026-05-14).",
     ),
     "an empty row": (WIDE + "2,18,2,,\n", "Left out: 1 fruit without any size."),
     "no names": (
@@ -279,6 +346,112 @@ def test_clusters_numbered_anew_on_each_tree(tmp_path: Path) -> None:
         "gala.csv numbers the clusters anew on each tree: cluster 1 of tree 1 is called 11 here,"
         " and so on.",
     )
+
+
+WORDS = {
+    "blank": ("", "", Presence.FALLEN, Presence.FALLEN),
+    "fallen, and blank": ("fallen", "", Presence.FALLEN, Presence.NOT_SEEN),
+    "not measured, and blank": ("Not measured", "", Presence.NOT_SEEN, Presence.FALLEN),
+    "both words": ("fallen", "n.m.", Presence.FALLEN, Presence.NOT_SEEN),
+    "NA alone": ("NA", "na", Presence.FALLEN, Presence.FALLEN),
+    "NA beside blank": ("NA", "", Presence.NOT_SEEN, Presence.FALLEN),
+}
+
+
+@pytest.mark.parametrize(("one", "other", "first", "second"), WORDS.values(), ids=WORDS)
+def test_blank_fallen_and_not_measured_are_three_things(
+    tmp_path: Path, one: str, other: str, first: Presence, second: Presence
+) -> None:
+    text = WIDE.replace("7.0,\n", f"7.0,{one}\n") + f"2,18,2,6.0,{other}\n"
+    found = read(tmp_path, text)
+    known = {(f.tag_id, f.fruitlet): f.sightings[SECOND].presence for f in found.record.fruitlets}
+    assert (known[17, "2"], known[18, "2"]) == (first, second)
+
+
+def test_a_word_for_fallen_makes_blank_not_measured_and_says_so(tmp_path: Path) -> None:
+    text = WIDE.replace("7.0,\n", "7.0,fallen\n") + "2,18,2,6.0,\n"
+    assert read(tmp_path, text).notes == (
+        "Blank to the end where others are said to have fallen, and so taken as not measured:"
+        " 1 fruit (1 on 2026-05-14).",
+    )
+
+
+def test_a_cluster_that_is_said_to_be_passed_over_is_not_emptied(tmp_path: Path) -> None:
+    text = unfinished(0).replace("1,1,1,8.0,9.0,10.0", "1,1,1,8.0,not measured,nm")
+    found = read(tmp_path, text)
+    assert 1 not in found.record.visited[SECOND]
+    fruit = next(each for each in found.record.fruitlets if each.tag_id == 1)
+    assert fruit.sightings[SECOND].presence is Presence.NOT_SEEN
+
+
+ODD_DATES = {
+    "future": (WIDE.replace("2026", "2062"), "future_dates"),
+    "a wrong year": (WIDE.replace("2026-05-10", "2025-05-10"), "dates_far_apart"),
+    "two seasons": (WIDE.replace("2026-05-10", "2025-06-30"), "dates_far_apart"),
+    "long ago": (WIDE.replace("2026", "1926"), "old_dates"),
+}
+
+
+@pytest.mark.parametrize(("text", "code"), ODD_DATES.values(), ids=ODD_DATES)
+def test_odd_dates_are_doubted(tmp_path: Path, text: str, code: str) -> None:
+    path = tmp_path / "gala.csv"
+    path.write_text(text)
+    doubts = read_calipers(path, today=date(2026, 7, 1)).doubts
+    assert [doubt.code for doubt in doubts] == [code]
+    path.write_text(WIDE)
+    assert read_calipers(path, today=date(2026, 7, 1)).doubts == ()
+
+
+def test_trees_and_clusters_numbered_anew_in_each_row(tmp_path: Path) -> None:
+    rows = [f"{r},{tree},{tag},1,8.0,9.0" for r in (1, 2) for tree in (1, 2) for tag in (1, 2)]
+    text = "row,tree,cluster,fruit,2026-05-10,2026-05-14\n" + "\n".join(rows)
+    found = read(tmp_path, text)
+    assert list(found.record.tree_of.values()) == sorted(2 * ["1-1", "1-2", "2-1", "2-2"])
+    assert found.notes[0].startswith("Trees are numbered anew in each row: tree 1 of row 1 is")
+
+
+ONE_SHEET: dict[str, list[tuple[object, ...]]] = {
+    "wide": [
+        ("tree", "cluster", "fruit", date(2026, 5, 10), date(2026, 5, 14)),
+        (1, 17, 1, 8.5, 11),
+        (None, None, 2, 7, None),
+        (2, 18, 1, 9.1, 12),
+    ],
+    "long": [
+        ("date", "cluster", "fruit", "diameter"),
+        *((date(2026, 5, 10), tag, fruit, mm) for tag, fruit, mm in ((17, 1, 8.5), (17, 2, 7))),
+        (date(2026, 5, 10), 18, 1, 9.1),
+        *((date(2026, 5, 14), tag, 1, mm) for tag, mm in ((17, 11), (18, 12))),
+    ],
+}
+
+
+@pytest.mark.parametrize("rows", ONE_SHEET.values(), ids=ONE_SHEET)
+@pytest.mark.parametrize("name", ["Sheet1", "Fruit 2026"])
+def test_a_workbook_with_any_sheet_name(
+    tmp_path: Path, name: str, rows: list[tuple[object, ...]]
+) -> None:
+    found = read_calipers(workbook(tmp_path / "gala.xlsx", {name: rows, "Notes": [("rain",)]}))
+    assert sizes(found.record) == EXPECTED
+
+
+def test_sheet_names_are_dates_together(tmp_path: Path) -> None:
+    renamed = {f"5-{day}-2026": rows for day, rows in zip((10, 14), SHEETS.values(), strict=True)}
+    summary: dict[str, list[tuple[object, ...]]] = {"Means": [HEADING, (17, 9.0, 9.0)]}
+    found = read_calipers(workbook(tmp_path / "gala.xlsx", renamed | summary))
+    assert sizes(found.record) == EXPECTED
+    assert found.notes[0].endswith("have no column of dates, were left out: Means.")
+
+
+def test_days_and_months_that_a_program_swapped_are_refused(tmp_path: Path) -> None:
+    """A program of the other order takes 01/08/2022 for 8 January, and leaves 17/06/2022."""
+    rows: list[tuple[object, ...]] = [
+        ("date", "cluster", "fruit", "diameter"),
+        ("17/06/2022", 17, 1, 8.5),
+        (date(2022, 1, 8), 17, 1, 11.0),
+    ]
+    with pytest.raises(BadInput, match=r"2022-01-08 may be 2022-08-01, since '17/06/2022'"):
+        read_calipers(workbook(tmp_path / "gala.xlsx", {"Data": rows}))
 
 
 def unfinished(lost: int, later: str = "") -> str:

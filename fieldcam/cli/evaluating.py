@@ -106,6 +106,7 @@ def _evaluated(
         )
     others = (_by_sgbm(arguments, store, block, calipers, forecasts),) if arguments.sgbm else ()
     notes = (
+        *(doubt.text for doubt in table.doubts),
         *table.notes,
         clusters_of_one(photographed, measured),
         typed_otherwise(store.database, block.id, calipers),

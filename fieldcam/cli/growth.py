@@ -130,7 +130,8 @@ def _of_table(arguments: argparse.Namespace) -> _Told:
     record = replace(table.record, name=arguments.block or table.record.name)
     between = arguments.start, arguments.end
     sprays = [Spray(day) for day in arguments.sprayed]
-    return _Told(outlook(record, in_size_order(record), between, plan, sprays), table.notes)
+    growth = outlook(record, in_size_order(record), between, plan, sprays)
+    return _Told(replace(growth, warnings=(*table.doubts, *growth.warnings)), table.notes)
 
 
 def _of_stored(arguments: argparse.Namespace) -> _Told:

@@ -14,7 +14,7 @@ def register(commands: Subparsers[Parser]) -> None:
     actions = route.add_subparsers(title="commands", metavar="COMMAND", required=True)
     parser = add_command(actions, "import", "plan a route from a table", _import)
     parser.add_argument(
-        "file", type=Path, help="a CSV table with the columns tree and tag, in walking order"
+        "file", type=Path, help="a table with the columns tree and tag, in walking order"
     )
     parser.add_argument("--block", type=name, required=True, metavar="NAME", help="made when new")
 
@@ -26,7 +26,7 @@ def _import(arguments: argparse.Namespace) -> None:
     from fieldcam.store.orchard_rows import Block
     from fieldcam.store.store import open_store
 
-    stops = read_route(arguments.file)
+    route = read_route(arguments.file)
     with open_store(data_path(arguments.data), DataKind.FIELD) as store:
         block = store.block(Block(arguments.block))
-        emit(f"Block {arguments.block}: {keep_route(store, block, stops)}")
+        emit(f"Block {arguments.block}: {keep_route(store, block, route)}")

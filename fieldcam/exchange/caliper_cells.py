@@ -4,66 +4,56 @@ from __future__ import annotations
 
 import math
 import re
-from contextlib import suppress
-from datetime import date
+from dataclasses import dataclass
 
 from fieldcam.errors import BadInput
+from fieldcam.growth.records import Presence
 
-WORDS_FOR_NOTHING = frozenset({"", "na", "n/a", "nan"})
-"""What an empty cell looks like; R and spreadsheets write words for it."""
-_TIME = r"[ T_]\d{1,2}:\d{2}(?::\d{2}(?:\.\d+)?)?"
-"""Spreadsheets write a time behind a date; headings come in lower case, with _ for a space."""
-_ISO = re.compile(rf"(\d{{4}})[-./_](\d{{1,2}})[-./_](\d{{1,2}})(?:{_TIME})?", re.IGNORECASE)
-_DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})")
-_SLASHED = re.compile(r"(\d{1,2})[/-](\d{1,2})[/-](\d{4})")
-_DECIMAL = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)")
-_HOW_TO_WRITE = "Write dates as 2026-05-21."
-
-
-def day_of(text: str, place: str) -> date:
-    """A date in any form that has only one meaning."""
-    for year, month, day in _readings(text):
-        with suppress(ValueError):
-            return date(year, month, day)
-    raise BadInput(f"{place}: {text!r} is no date.", _HOW_TO_WRITE)
+FALLEN = frozenset({"fallen", "fell", "dropped", "drop", "abscised", "shed", "gone", "thinned"})
+NOT_MEASURED = frozenset(
+    {"not_measured", "nm", "n.m.", "not_seen", "hidden", "missed", "missing", "skipped", "?"}
+    | {"not_found", "not_recorded", "nr", "n.r.", "unknown"}
+)
+NOTHING = frozenset({"na", "n/a", "nan", "#n/a", "null", "none", "n.a."})
+"""What programs write for an empty cell, and people for what they did not measure."""
+_DECIMAL = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+))(?: ?mm)?", re.IGNORECASE)
+WORDS = "Leave the cell empty, or write fallen or not measured."
 
 
-def is_day(text: str) -> bool:
-    """Whether it is written like a date."""
-    return any(form.fullmatch(text) for form in (_ISO, _DAY_FIRST, _SLASHED))
+@dataclass(frozen=True, slots=True)
+class SizeCell:
+    """A size, or what stands in its stead."""
+
+    diameter_mm: float | None = None
+    presence: Presence | None = None
+    """What a word says: FALLEN or NOT_SEEN."""
+    nothing: str = ""
+    """A word of NOTHING, which only the whole table can explain."""
 
 
-def _readings(text: str) -> list[tuple[int, int, int]]:
-    """Year, month and day; none where there is more than one meaning."""
-    if found := _ISO.fullmatch(text):
-        return [(int(found[1]), int(found[2]), int(found[3]))]
-    if found := _DAY_FIRST.fullmatch(text):
-        return [(int(found[3]), int(found[2]), int(found[1]))]
-    if found := _SLASHED.fullmatch(text):
-        one, other, year = int(found[1]), int(found[2]), int(found[3])
-        if one > 12 or one == other:
-            return [(year, other, one)]
-        return [(year, one, other)] if other > 12 else []
-    return []
+def size_of(text: str, place: str) -> SizeCell:
+    """Millimetres with a point or a comma, a word, or an empty cell."""
+    word = "_".join(text.lower().split())
+    if not word:
+        return SizeCell()
+    if word in NOTHING:
+        return SizeCell(nothing=text)
+    if word in FALLEN:
+        return SizeCell(presence=Presence.FALLEN)
+    if word in NOT_MEASURED:
+        return SizeCell(presence=Presence.NOT_SEEN)
+    return SizeCell(diameter_of(text, place))
 
 
-def diameter_of(text: str, place: str) -> float | None:
-    """Millimetres, with a point or a comma; None for an empty cell."""
-    if text.lower() in WORDS_FOR_NOTHING:
-        return None
-    if not _DECIMAL.fullmatch(text):
-        raise BadInput(f"{place}: {text!r} is no diameter in mm.")
-    value = float(text.replace(",", "."))
+def diameter_of(text: str, place: str) -> float:
+    """Millimetres, with a point or a comma."""
+    written = _DECIMAL.fullmatch(text)
+    if written is None:
+        raise BadInput(f"{place}: {text!r} is no diameter in mm.", WORDS)
+    value = float(written[1].replace(",", "."))
     if value <= 0 or not math.isfinite(value):
-        raise BadInput(
-            f"{place}: {text} mm is no diameter.", "Leave the cell empty where a fruit has fallen."
-        )
+        raise BadInput(f"{place}: {text} mm is no diameter.", WORDS)
     return value
-
-
-def is_word_for_nothing(text: str) -> bool:
-    """Whether a cell is not empty, and says no more."""
-    return bool(text) and text.lower() in WORDS_FOR_NOTHING
 
 
 def whole_of(text: str, place: str, what: str) -> int:

@@ -1,141 +1,202 @@
-"""Sizes out of the shapes that caliper tables have: long, wide, the peers', the authors'."""
+"""Cells out of the shapes that caliper tables have: long, wide, the peers', the authors'."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import date
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.caliper_cells import day_of, diameter_of, is_day, label_of, whole_of
-from fieldcam.exchange.caliper_sizes import CaliperSize
-from fieldcam.exchange.caliper_tables import Table, TableRow
-from fieldcam.growth.records import Presence, Source, fruit_name
+from fieldcam.exchange.caliper_cells import label_of, whole_of
+from fieldcam.exchange.caliper_columns import (
+    CLUSTER,
+    DATE,
+    DIAMETER,
+    FRUIT,
+    MEASURED_BY,
+    SHAPES,
+    STATE,
+    authors_fruit,
+    is_visit_number,
+    visit_columns,
+)
+from fieldcam.exchange.tables.dates import WrittenDate, is_day
+from fieldcam.exchange.tables.headings import Table, TableRow
+from fieldcam.exchange.tables.merged import Repeated, filled_down
+from fieldcam.exchange.tables.trees import ROW, TREE, StandingTree
+from fieldcam.growth.records import Source, fruit_name
 from fieldcam.words import number_of
 
-CLUSTER = ("cluster", "tag", "tag_id")
-FRUIT = ("fruit", "fruitlet", "fruit_id")
-DIAMETER = ("diameter_mm", "diameter", "diam_mm", "diam", "size_mm")
-_IN_CM = ("diameter_cm", "diam_cm", "size_cm")
-DIAM, STATE, MEASURED_BY = "diam.", "state.", "measured_by"
-_WIDE = re.compile(r"diam(?:eter)?(?:_mm)?[._]?(.+)")
-_OF_AUTHORS = re.compile(r"fl[._]?\d+")
-_SHAPES = (
-    "Known are date,cluster,fruit,diameter_mm; tree,cluster,fruit,diam.2026-05-21 and so on;"
-    " the same with diam.1 and so on and --dates."
-)
-Sizes = Iterator[CaliperSize]
+
+@dataclass(frozen=True, slots=True)
+class StateCell:
+    """What a column of states says, and where."""
+
+    text: str
+    place: str
 
 
-def long_or_wide(table: Table, dates: Sequence[date]) -> Sizes:
-    """Sizes of a CSV table; `dates` are those of numbered visits.
+@dataclass(frozen=True, slots=True)
+class CaliperCell:
+    """One cell of a size, before the whole file says what its date and words mean."""
 
-    Raises BadInput for a heading that is none of these shapes, and for each bad cell.
+    place: str
+    tree: StandingTree
+    cluster: int
+    fruit: str
+    """Empty where fruits have no names."""
+    day: WrittenDate
+    text: str
+    state: StateCell | None
+    source: Source
+
+
+@dataclass(frozen=True, slots=True)
+class CaliperCells:
+    """The cells of one sheet, and what was assumed to tell them apart."""
+
+    cells: tuple[CaliperCell, ...]
+    notes: tuple[str, ...]
+
+
+def cells_of(table: Table, dates: Sequence[date]) -> CaliperCells:
+    """All cells of sizes; `dates` are those of numbered visits.
+
+    Raises BadInput for a heading that lacks a column, and for each bad cell.
     """
-    _refuse_centimetres(table)
-    visits = _visit_columns(table)
-    if "date" in table.columns and _column(table, DIAMETER) is not None:
-        _refuse_dates(table, dates)
-        return _long(table)
-    if not visits:
-        raise BadInput(f"{table.name}: its heading is not that of a caliper table.", _SHAPES)
-    if all(visit.isdigit() for visit in visits):
-        return _wide(table, _numbered(table, visits, dates))
-    _refuse_dates(table, dates)
-    return _wide(table, _dated(table, visits))
+    cluster = _needed(table, CLUSTER)
+    rows, merged = _rows(table, cluster)
+    cells = tuple(_cells(table, rows, cluster, dates))
+    titles = f"Passed over above the heading: {'; '.join(table.titles)}." if table.titles else ""
+    return CaliperCells(cells, tuple(filter(None, (titles, merged))))
 
 
-def of_authors(table: Table) -> Sizes:
-    """Sizes of a sheet that is named as its date, with the columns tag, fl1 ... flN."""
-    day = day_of(table.sheet, table.name)
-    fruits = {name: fruit_name(name) for name in table.columns if _OF_AUTHORS.fullmatch(name)}
-    cluster = _column(table, CLUSTER)
-    if cluster is None or not fruits:
-        raise BadInput(f"{table.name}: it needs the columns tag, fl1, fl2 and so on.")
-    places: dict[int, str] = {}
-    for row in table.rows:
-        tag = whole_of(row.cells[cluster], row.place, "tag")
-        if tag in places:
-            raise BadInput(f"{row.place}: tag {tag} is in {places[tag]} already.")
-        places[tag] = row.place.rpartition(", ")[2]
-        for column, fruit in fruits.items():
-            yield _size(row, column, tag, fruit, day)
+def has_dates(table: Table) -> bool:
+    """Whether it can be told when it was measured."""
+    named = table.sheet.title is not None and is_day(table.sheet.title)
+    return named or bool(visit_columns(table)) or table.column(DATE) is not None
 
 
-def _long(table: Table) -> Sizes:
-    diameter, cluster = _needed(table, DIAMETER), _needed(table, CLUSTER)
-    fruit = _column(table, FRUIT)
-    for row in table.rows:
-        tag = whole_of(row.cells[cluster], row.place, "cluster")
+def _rows(table: Table, cluster: str) -> tuple[list[TableRow], str]:
+    whole = [table.column(ROW), table.column(TREE), cluster]
+    repeated = Repeated([name for name in whole if name], _dates(table), table.column(FRUIT))
+    return filled_down(table, repeated)
+
+
+def _cells(
+    table: Table, rows: Sequence[TableRow], cluster: str, dates: Sequence[date]
+) -> Iterator[CaliperCell]:
+    visits = visit_columns(table)
+    if visits and all(map(is_visit_number, visits)):
+        yield from _wide(table, rows, cluster, _numbered(table, visits, dates))
+        return
+    if dates:
+        raise BadInput(f"{table.name} names its own dates.", "Leave out --dates.")
+    fruit = {name: fruit_name(name) for name in authors_fruit(table)}
+    if visits:
+        yield from _wide(table, rows, cluster, _dated(table, visits))
+    elif fruit:
+        yield from _of_authors(table, rows, cluster, fruit)
+    else:
+        yield from _long(table, rows, cluster)
+
+
+def _of_authors(
+    table: Table, rows: Sequence[TableRow], cluster: str, fruit: Mapping[str, str]
+) -> Iterator[CaliperCell]:
+    """Columns tag, fl1 ... flN; the date is the sheet's, or stands in a column."""
+    places: dict[tuple[int, str], str] = {}
+    for row in rows:
+        tag, day = whole_of(row.cells[cluster], row.place, "tag"), _day(table, row)
+        if (tag, day.text) in places:
+            raise BadInput(f"{row.place}: tag {tag} is in {places[tag, day.text]} already.")
+        places[tag, day.text] = row.place.rpartition(", ")[2]
+        for column, name in fruit.items():
+            yield _cell(table, row, column, tag, name, day)
+
+
+def _long(table: Table, rows: Sequence[TableRow], cluster: str) -> Iterator[CaliperCell]:
+    diameter, fruit = _needed(table, DIAMETER), table.column(FRUIT)
+    for row in rows:
         name = fruit_name(row.cells[fruit]) if fruit else ""
-        yield _size(row, diameter, tag, name, day_of(row.cells["date"], row.cell_places["date"]))
+        tag = whole_of(row.cells[cluster], row.place, "cluster")
+        yield _cell(table, row, diameter, tag, name, _day(table, row))
 
 
-def _wide(table: Table, days: Mapping[str, date]) -> Sizes:
-    cluster, fruit = _needed(table, CLUSTER), _needed(table, FRUIT)
-    states = {
-        day_of(name.removeprefix(STATE), table.name): name
-        for name in table.columns
-        if name.startswith(STATE)
-    }
-    for row in table.rows:
+def _wide(
+    table: Table, rows: Sequence[TableRow], cluster: str, days: Mapping[str, WrittenDate]
+) -> Iterator[CaliperCell]:
+    fruit = _needed(table, FRUIT)
+    states = {name.removeprefix(STATE): name for name in table.columns if name.startswith(STATE)}
+    for row in rows:
         tag = whole_of(row.cells[cluster], row.place, "cluster")
         name = fruit_name(row.cells[fruit])
         if not name:
             raise BadInput(f"{row.place}: the fruit has no name.")
         for column, day in days.items():
-            if not states or row.cells.get(states.get(day, ""), ""):
-                yield _size(row, column, tag, name, day, states.get(day))
+            state = states.get(day.text)
+            if not states or (state and row.cells[state]):
+                yield _cell(table, row, column, tag, name, day, state)
 
 
-def _size(
-    row: TableRow, column: str, cluster: int, fruit: str, day: date, state: str | None = None
-) -> CaliperSize:
-    written = row.cells[column]
-    diameter_mm = diameter_of(written, row.cell_places[column])
-    presence = None
-    if state is not None:
-        presence = _presence(row.cells[state], diameter_mm, row.cell_places[state])
-    tree = label_of(row.cells.get("tree", ""))
+def _cell(
+    table: Table,
+    row: TableRow,
+    column: str,
+    cluster: int,
+    fruit: str,
+    day: WrittenDate,
+    state: str | None = None,
+) -> CaliperCell:
+    tree_row, tree = table.column(ROW), table.column(TREE)
     by_camera = row.cells.get(MEASURED_BY, "") == Source.CAMERA
-    source = Source.CAMERA if by_camera else Source.CALIPERS
-    return CaliperSize(
-        row.cell_places[column], tree, cluster, fruit, day, written, diameter_mm, presence, source
+    return CaliperCell(
+        row.cell_place(column),
+        StandingTree(
+            row.place,
+            label_of(row.cells[tree_row]) if tree_row else "",
+            label_of(row.cells[tree]) if tree else "",
+        ),
+        cluster,
+        fruit,
+        day,
+        row.cells[column],
+        None if state is None else StateCell(row.cells[state], row.cell_place(state)),
+        Source.CAMERA if by_camera else Source.CALIPERS,
     )
 
 
-def _presence(text: str, diameter_mm: float | None, place: str) -> Presence:
-    if text not in list(Presence):
-        raise BadInput(f"{place}: {text!r} is none of {', '.join(Presence)}.")
-    if (text == Presence.SIZED) != (diameter_mm is not None):
-        raise BadInput(f"{place}: a fruit has a size exactly where it is {Presence.SIZED}.")
-    return Presence(text)
+def _dates(table: Table) -> list[str]:
+    found = table.column(DATE)
+    return [found] if found else []
 
 
-def _visit_columns(table: Table) -> dict[str, str]:
-    """Columns of sizes by what tells their visit: a date, or a number."""
-    found = {}
-    for name in table.columns:
-        told = _WIDE.fullmatch(name)
-        visit = told[1] if told else name
-        if is_day(visit) or (told and visit.isdigit()):
-            found[visit] = name
-    return found
+def _day(table: Table, row: TableRow) -> WrittenDate:
+    """From the column of dates, else from the name of the sheet."""
+    column = table.column(DATE)
+    if column is not None:
+        return _written(table, row.cells[column], row.cell_place(column))
+    if table.sheet.title is not None and is_day(table.sheet.title):
+        return WrittenDate(table.sheet.title, table.name)
+    raise _missing(table, DATE)
 
 
-def _dated(table: Table, visits: Mapping[str, str]) -> dict[str, date]:
-    days: dict[str, date] = {}
-    for visit, column in visits.items():
-        if visit.isdigit():
-            raise BadInput(f"{table.name}: column {column} has a number, others have a date.")
-        day = day_of(visit, f"{table.name}, column {column}")
-        if day in days.values():
-            raise BadInput(f"{table.name}: there are two columns for {day}.")
-        days[column] = day
-    return days
+def _dated(table: Table, visits: Mapping[str, str]) -> dict[str, WrittenDate]:
+    if number := next((name for visit, name in visits.items() if is_visit_number(visit)), None):
+        raise BadInput(f"{table.name}: column {number} has a number, others have a date.")
+    return {
+        column: _written(table, visit, table.heading_place(column))
+        for visit, column in visits.items()
+    }
 
 
-def _numbered(table: Table, visits: Mapping[str, str], dates: Sequence[date]) -> dict[str, date]:
+def _written(table: Table, text: str, place: str) -> WrittenDate:
+    return WrittenDate(text, place, typed=text not in table.sheet.real_dates)
+
+
+def _numbered(
+    table: Table, visits: Mapping[str, str], dates: Sequence[date]
+) -> dict[str, WrittenDate]:
     columns = [visits[number] for number in sorted(visits, key=int)]
     used = [column for column in columns if any(row.cells[column] for row in table.rows)]
     if not dates:
@@ -151,28 +212,18 @@ def _numbered(table: Table, visits: Mapping[str, str], dates: Sequence[date]) ->
             f" {len(dates)}."
         )
     named = columns if len(dates) == len(columns) else used
-    return dict(zip(named, dates, strict=True))
-
-
-def _refuse_dates(table: Table, dates: Sequence[date]) -> None:
-    if dates:
-        raise BadInput(f"{table.name} names its own dates.", "Leave out --dates.")
-
-
-def _refuse_centimetres(table: Table) -> None:
-    if found := next((name for name in table.columns if name in _IN_CM), None):
-        raise BadInput(
-            f"{table.name}: column {found} seems to be in centimetres; is it?",
-            "fieldcam needs millimetres, in a column diameter_mm.",
-        )
-
-
-def _column(table: Table, names: Sequence[str]) -> str | None:
-    return next((name for name in names if name in table.columns), None)
+    return {
+        column: WrittenDate(day.isoformat(), "--dates")
+        for column, day in zip(named, dates, strict=True)
+    }
 
 
 def _needed(table: Table, names: Sequence[str]) -> str:
-    found = _column(table, names)
+    found = table.column(names)
     if found is None:
-        raise BadInput(f"{table.name}: the column {names[0]} is missing.", _SHAPES)
+        raise _missing(table, names)
     return found
+
+
+def _missing(table: Table, names: Sequence[str]) -> BadInput:
+    return BadInput(f"{table.name}: the column {names[0]} is missing.", SHAPES)

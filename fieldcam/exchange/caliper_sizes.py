@@ -8,6 +8,10 @@ from datetime import date
 from statistics import median
 
 from fieldcam.errors import BadInput
+from fieldcam.exchange.caliper_cells import SizeCell, size_of
+from fieldcam.exchange.caliper_shapes import CaliperCell, StateCell
+from fieldcam.exchange.tables.dates import Calendar
+from fieldcam.exchange.tables.trees import tree_names
 from fieldcam.growth.records import Presence, Source
 
 SIZES_MM = (1.0, 100.0)
@@ -30,8 +34,56 @@ class CaliperSize:
     written: str
     diameter_mm: float | None
     presence: Presence | None = None
-    """Where the table says more than calipers do."""
+    """Where a word, or a column of states, says it."""
     source: Source = Source.CALIPERS
+    nothing: bool = False
+    """A word such as NA stands there."""
+
+
+def sizes_of(cells: Sequence[CaliperCell], calendar: Calendar) -> tuple[list[CaliperSize], str]:
+    """What the cells say, by the dates of the whole file; and a note on the trees' names.
+
+    A word such as NA is an empty cell where no other cell is empty, as a program writes it; beside
+    empty ones it says that nothing was measured.
+    """
+    trees, note = tree_names([each.tree for each in cells])
+    said = [size_of(each.text, each.place) for each in cells]
+    some_empty = any(not each.text for each in cells)
+    sizes = [
+        _size(cell, tree, each, calendar, some_empty)
+        for cell, tree, each in zip(cells, trees, said, strict=True)
+    ]
+    return sizes, note
+
+
+def _size(
+    cell: CaliperCell, tree: str, said: SizeCell, calendar: Calendar, some_empty: bool
+) -> CaliperSize:
+    presence = said.presence
+    if said.nothing and some_empty:
+        presence = Presence.NOT_SEEN
+    if cell.state is not None:
+        presence = _stated(cell.state, said.diameter_mm)
+    return CaliperSize(
+        cell.place,
+        tree,
+        cell.cluster,
+        cell.fruit,
+        calendar.days[cell.day.text],
+        cell.text,
+        said.diameter_mm,
+        presence,
+        cell.source,
+        bool(said.nothing),
+    )
+
+
+def _stated(state: StateCell, diameter_mm: float | None) -> Presence:
+    if state.text not in list(Presence):
+        raise BadInput(f"{state.place}: {state.text!r} is none of {', '.join(Presence)}.")
+    if (state.text == Presence.SIZED) != (diameter_mm is not None):
+        raise BadInput(f"{state.place}: a fruit has a size exactly where it is {Presence.SIZED}.")
+    return Presence(state.text)
 
 
 def check_sizes(name: str, sizes: Sequence[CaliperSize]) -> None:
@@ -40,6 +92,7 @@ def check_sizes(name: str, sizes: Sequence[CaliperSize]) -> None:
     if not known:
         raise BadInput(f"{name} holds no sizes.")
     _check_millimetres(name, known)
+    _check_fallen(sizes)
     low, high = SIZES_MM
     for each in known:
         if each.diameter_mm is not None and not low <= each.diameter_mm <= high:
@@ -57,6 +110,21 @@ def _check_millimetres(name: str, sizes: Sequence[CaliperSize]) -> None:
                 f"{name}: the sizes of {day} are {middle:.2g} in the middle; are they in"
                 " centimetres?",
                 "fieldcam needs millimetres.",
+            )
+
+
+def _check_fallen(sizes: Sequence[CaliperSize]) -> None:
+    """What has fallen, by a word in a cell, has no size any more."""
+    fell: dict[tuple[str, int, str], CaliperSize] = {}
+    for each in sorted(sizes, key=lambda each: each.day):
+        key = each.tree, each.cluster, each.fruit
+        if each.fruit and each.written and each.presence is Presence.FALLEN:
+            fell.setdefault(key, each)
+        elif each.diameter_mm is not None and (before := fell.get(key)):
+            raise BadInput(
+                f"{each.place}: fruit {each.fruit} of cluster {each.cluster} has a size on"
+                f" {each.day}, but is {before.written!r} on {before.day}"
+                f" ({_end_of(before.place, each.place)})."
             )
 
 

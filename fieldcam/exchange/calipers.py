@@ -14,18 +14,23 @@ from datetime import date
 from pathlib import Path
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.caliper_cells import is_word_for_nothing
+from fieldcam.exchange.caliper_columns import DIAM, MEASURED_BY, SHAPES, STATE, caliper_table
+from fieldcam.exchange.caliper_dates import date_doubts
 from fieldcam.exchange.caliper_record import record_of, record_of_sizes
-from fieldcam.exchange.caliper_shapes import DIAM, MEASURED_BY, STATE, long_or_wide, of_authors
+from fieldcam.exchange.caliper_shapes import CaliperCell, cells_of, has_dates
 from fieldcam.exchange.caliper_sizes import (
     CaliperSize,
     check_sizes,
     in_one_numbering,
     named_by_size,
+    sizes_of,
     source_of,
 )
-from fieldcam.exchange.caliper_tables import WORKBOOKS, csv_table, workbook_tables
+from fieldcam.exchange.tables.dates import calendar_of
+from fieldcam.exchange.tables.files import read_sheets
+from fieldcam.exchange.tables.sheets import Sheet
 from fieldcam.growth.records import BlockRecord, Presence, Source
+from fieldcam.growth.warnings import Warning
 from fieldcam.words import number_of
 
 
@@ -38,25 +43,39 @@ class CaliperTable:
     """What was assumed when it was read."""
     named: bool
     """Fruits have names of their own; else they are called by their size order."""
+    doubts: tuple[Warning, ...] = ()
+    """About its dates."""
 
 
-def read_calipers(path: Path, dates: Sequence[date] = ()) -> CaliperTable:
-    """The sizes of a CSV table or a workbook; the block gets the file's name.
+def read_calipers(
+    path: Path, dates: Sequence[date] = (), today: date | None = None
+) -> CaliperTable:
+    """The sizes of a CSV table, a workbook or a spreadsheet; the block gets the file's name.
 
-    `dates` are those of visits that the table only numbers. Raises BadInput with the line,
-    or the sheet and cell, that cannot be read.
+    `dates` are those of visits that the table only numbers, `today` is this machine's where it is
+    not given. Raises BadInput with the line, or the sheet and cell, that cannot be read.
     """
-    if path.suffix.lower() in WORKBOOKS:
-        sizes, left_out = _of_workbook(path, dates)
-    else:
-        sizes, left_out = list(long_or_wide(csv_table(path), dates)), []
+    cells, sheet_notes = _cells(path, read_sheets(path), dates)
+    calendar = calendar_of(cell.day for cell in cells)
+    sizes, tree_note = sizes_of(cells, calendar)
     check_sizes(path.name, sizes)
     numbered, renumbering = in_one_numbering(path.name, sizes)
     record, assumed = record_of(path.stem, named_by_size(numbered))
     record = replace(record, source=source_of(path.name, numbered))
-    notes = (*left_out, renumbering, *_notes(path.name, numbered), *assumed)
-    named = all(each.fruit for each in numbered)
-    return CaliperTable(record, tuple(note for note in notes if note), named)
+    notes = (
+        *sheet_notes,
+        *calendar.notes,
+        tree_note,
+        renumbering,
+        *_notes(path.name, numbered),
+        *assumed,
+    )
+    return CaliperTable(
+        record,
+        tuple(note for note in notes if note),
+        named=all(each.fruit for each in numbered),
+        doubts=date_doubts(path.name, record.visits, today or date.today()),
+    )
 
 
 def wide_table(record: BlockRecord) -> str:
@@ -82,16 +101,29 @@ def wide_table(record: BlockRecord) -> str:
     return out.getvalue()
 
 
-def _of_workbook(path: Path, dates: Sequence[date]) -> tuple[list[CaliperSize], list[str]]:
-    if dates:
-        raise BadInput(f"{path.name} names its own dates.", "Leave out --dates.")
-    tables, others = workbook_tables(path)
-    if not tables:
-        raise BadInput(f"No sheet of {path.name} is named as a date, such as 2026-05-21.")
-    sizes = [size for table in tables for size in of_authors(table)]
-    return sizes, [
-        *_left_out("that are not named as a date", others),
-        *_left_out("without rows", [table.sheet for table in tables if not table.rows]),
+def _cells(
+    path: Path, sheets: Sequence[Sheet], dates: Sequence[date]
+) -> tuple[list[CaliperCell], list[str]]:
+    """Of all sheets that hold a caliper table."""
+    filled = [sheet for sheet in sheets if sheet.rows]
+    if not filled:
+        raise BadInput(f"{path.name} is empty.")
+    tables = [(sheet, caliper_table(sheet)) for sheet in filled]
+    found = [table for _, table in tables if table is not None]
+    if not found:
+        top = " ".join(filter(None, filled[0].rows[0].cells))[:60]
+        raise BadInput(
+            f"{path.name} has no heading of a caliper table; it begins with {top!r}.", SHAPES
+        )
+    others = [sheet.title or "" for sheet, table in tables if table is None]
+    dated = [table for table in found if has_dates(table)] or found
+    undated = [table.sheet.title or "" for table in found if table not in dated]
+    read = [cells_of(table, dates) for table in dated]
+    return [cell for each in read for cell in each.cells], [
+        *_left_out("that hold no caliper table", others),
+        *_left_out("that are named as no date, and have no column of dates,", undated),
+        *_left_out("without rows", [t.sheet.title or "" for t in found if not t.rows]),
+        *dict.fromkeys(note for each in read for note in each.notes),
     ]
 
 
@@ -101,8 +133,10 @@ def _left_out(which: str, sheets: Sequence[str]) -> Iterator[str]:
 
 
 def _notes(name: str, sizes: Sequence[CaliperSize]) -> Iterator[str]:
-    if any("," in each.written for each in sizes):
-        yield f"{name} has commas as decimals; 9,1 was read as 9.1 mm."
+    if comma := next((each for each in sizes if "," in each.written), None):
+        yield (
+            f"{name} has commas as decimals: {comma.written} was read as {comma.diameter_mm} mm."
+        )
     if any(each.source is Source.CAMERA for each in sizes):
         yield f"{name} holds sizes by camera: they are taken with the camera's errors."
     if any(not each.fruit for each in sizes):
@@ -116,11 +150,7 @@ def _notes(name: str, sizes: Sequence[CaliperSize]) -> Iterator[str]:
             f"Without any size, and so no visit: {', '.join(map(str, unused))}. The forecast is"
             " made from the other days."
         )
-    if words := sum(is_word_for_nothing(each.written) for each in sizes):
-        yield (
-            f"{name} says NA or the like in {number_of(words, 'cell')}: read as an empty cell, and"
-            " so as fallen where no later size follows."
-        )
+    yield from _about_nothing(name, [each for each in sizes if each.nothing])
     named = {(each.cluster, each.fruit) for each in sizes}
     measured = {(each.cluster, each.fruit) for each in sizes if each.diameter_mm is not None}
     if never := len(named - measured):
@@ -128,6 +158,16 @@ def _notes(name: str, sizes: Sequence[CaliperSize]) -> Iterator[str]:
     days = list(dict.fromkeys(each.day for each in sizes if each.cluster == sizes[0].cluster))
     if days != sorted(days):
         yield f"The dates of {name} are not in order; they were sorted."
+
+
+def _about_nothing(name: str, cells: Sequence[CaliperSize]) -> Iterator[str]:
+    if not cells:
+        return
+    counted = f"{name} says {cells[0].written} or the like in {number_of(len(cells), 'cell')}"
+    if cells[0].presence is Presence.NOT_SEEN:
+        yield f"{counted}, beside empty ones: read as not measured."
+    else:
+        yield f"{counted}, and leaves none empty: read as empty cells."
 
 
 def _needs_states(record: BlockRecord) -> bool:
@@ -139,7 +179,7 @@ def _needs_states(record: BlockRecord) -> bool:
         }
         for each in record.fruitlets
     }
-    assumed, _ = record_of_sizes(record.name, sizes, record.tree_of)
+    assumed = record_of_sizes(record.name, sizes, record.tree_of)
     return _presences(assumed) != _presences(record)
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from fieldcam.exchange.route_table import PlannedStop
+from fieldcam.exchange.route_table import PlannedRoute
 from fieldcam.store.blocks import trees
 from fieldcam.store.connection import writing
 from fieldcam.store.orchard_rows import Cluster, Route, Tree
@@ -13,8 +11,9 @@ from fieldcam.store.store import Store
 from fieldcam.words import number_of
 
 
-def keep_route(store: Store, block: EntryId, stops: Sequence[PlannedStop]) -> str:
-    """The block is walked in this order; says what was kept."""
+def keep_route(store: Store, block: EntryId, route: PlannedRoute) -> str:
+    """The block is walked in this order; says what was kept, and what was assumed."""
+    stops = route.stops
     labels = dict.fromkeys(stop.tree for stop in stops)
     with writing(store.database):
         known = {label: tree for tree, label in trees(store.database, block).items()}
@@ -24,4 +23,5 @@ def keep_route(store: Store, block: EntryId, stops: Sequence[PlannedStop]) -> st
         order = Route(block, tuple(stop.tag_id for stop in stops))
         # Together, so that one undo takes it back.
         store.append(*new.values(), *clusters, order)
-    return f"The route has {number_of(len(stops), 'tag')} in {number_of(len(labels), 'tree')}."
+    counted = f"The route has {number_of(len(stops), 'tag')} in {number_of(len(labels), 'tree')}."
+    return " ".join([counted, *route.notes])

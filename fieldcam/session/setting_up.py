@@ -14,7 +14,7 @@ from datetime import date, datetime, timedelta
 
 from fieldcam.errors import StorageFull
 from fieldcam.exchange.capture_folder import recording_day
-from fieldcam.exchange.route_table import PlannedStop
+from fieldcam.exchange.route_table import PlannedRoute
 from fieldcam.session.doubt import NotNow
 from fieldcam.session.planning import keep_route
 from fieldcam.session.undoing import undo_last_set_up
@@ -170,9 +170,9 @@ class SetUp:
         self._store.undo(spray)
         return "The spray was struck out."
 
-    def plan_route(self, stops: Sequence[PlannedStop]) -> str:
+    def plan_route(self, route: PlannedRoute) -> str:
         """The block is walked in this order."""
-        return keep_route(self._store, self._block(), stops)
+        return keep_route(self._store, self._block(), route)
 
     def undo(self) -> str:
         """Take back the last change of this block."""

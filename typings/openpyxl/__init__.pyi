@@ -1,7 +1,10 @@
 """What fieldcam uses of openpyxl."""
 
+from io import BytesIO
 from pathlib import Path
+from typing import Literal, overload
 
+from openpyxl.worksheet.read_only import ReadOnlyWorksheet
 from openpyxl.worksheet.worksheet import Worksheet
 
 class Workbook:
@@ -13,4 +16,13 @@ class Workbook:
     def save(self, filename: Path) -> None: ...
     def close(self) -> None: ...
 
-def load_workbook(filename: Path, *, data_only: bool = ...) -> Workbook: ...
+class ReadOnlyWorkbook:
+    worksheets: list[ReadOnlyWorksheet]
+    def close(self) -> None: ...
+
+@overload
+def load_workbook(
+    filename: BytesIO, *, read_only: Literal[True], data_only: bool = ...
+) -> ReadOnlyWorkbook: ...
+@overload
+def load_workbook(filename: Path) -> Workbook: ...

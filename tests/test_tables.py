@@ -1,0 +1,234 @@
+"""Tables of spreadsheets: dates are read together, sheets of any program within bounds."""
+
+from __future__ import annotations
+
+import time
+from datetime import date
+from io import BytesIO
+from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from openpyxl import Workbook
+
+from fieldcam.errors import BadInput
+from fieldcam.exchange.tables.dates import WrittenDate, calendar_of
+from fieldcam.exchange.tables.files import read_sheets
+
+DAY = date(2026, 5, 10)
+
+
+def read(*texts: str) -> list[date]:
+    calendar = calendar_of(WrittenDate(text, f"line {n}") for n, text in enumerate(texts, start=2))
+    return [calendar.days[text] for text in texts]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "2026-05-10",
+        "2026/5/10",
+        "2026.05.10",
+        "20260510",
+        "10.05.2026",
+        "10.5.26",
+        "10-May-2026",
+        "10-may-26",
+        "10/May/2026",
+        "10 May 2026",
+        "10th May 2026",
+        "May 10, 2026",
+        "May-10-2026",
+        "may_10,_2026",
+        "Sunday, May 10, 2026",
+        "10. Mai 2026",
+        "10 de mayo de 2026",
+        "10 maggio 2026",
+        "46152",
+        "46152.75",
+        "2026-05-10 09:30",
+        "2026-05-10T23:40:11.123-04:00",
+        "2026-05-10T23:40:11.123+0200",
+        "2026-05-10 10:34:24-0500",
+        "2026-05-10T03:40:11Z",
+        "2026-05-10 9:30:00 PM",
+        "10.05.2026 09:30",
+    ],
+)
+def test_dates_with_one_meaning(text: str) -> None:
+    assert read(text) == [DAY]
+
+
+@pytest.mark.parametrize(
+    ("texts", "days"),
+    [
+        (("5/10/2026", "5/14/2026"), ("2026-05-10", "2026-05-14")),
+        (("17/06/2022", "01/08/2022"), ("2022-06-17", "2022-08-01")),
+        (("5-10-2026", "5-14-2026"), ("2026-05-10", "2026-05-14")),
+        (("05/10/26", "05/14/26"), ("2026-05-10", "2026-05-14")),
+        (("14/05/26", "18/05/26"), ("2026-05-14", "2026-05-18")),
+        (("26-05-10", "26-05-14"), ("2026-05-10", "2026-05-14")),
+        (("5/10/2026 14:30", "5/14/2026 2:30 PM"), ("2026-05-10", "2026-05-14")),
+        (("5/5/2026",), ("2026-05-05",)),
+        (("2026-05-10", "5/14/2026"), ("2026-05-10", "2026-05-14")),
+    ],
+)
+def test_all_dates_together_say_what_each_means(
+    texts: tuple[str, ...], days: tuple[str, ...]
+) -> None:
+    assert read(*texts) == [date.fromisoformat(day) for day in days]
+
+
+@pytest.mark.parametrize(
+    ("texts", "message"),
+    [
+        (
+            ("5/2/2026", "5/6/2026"),
+            "line 2: '5/2/2026' is 2026-02-05 (the day first) or 2026-05-02 (the month first), and"
+            " nothing beside it says which.",
+        ),
+        (
+            ("5/14/2026", "14/5/2026"),
+            "line 2: '5/14/2026' has the month first, but '14/5/2026' has the day first (line 3).",
+        ),
+        (("10-May",), "line 2: '10-May' has no year."),
+        (("5/10",), "line 2: '5/10' has no year."),
+        (("2026-02-30",), "line 2: '2026-02-30' is no date."),
+        (("13/13/2026",), "line 2: '13/13/2026' is no date."),
+        (("4615",), "line 2: '4615' is no date."),
+        (("",), "line 2: '' is no date."),
+    ],
+)
+def test_dates_that_are_refused(texts: tuple[str, ...], message: str) -> None:
+    with pytest.raises(BadInput) as refused:
+        read(*texts)
+    assert refused.value.message == message
+
+
+def test_what_was_assumed_of_dates_is_said() -> None:
+    texts = ("5/10/2026", "5/14/2026", "46160", "2026-05-22T03:40:11Z")
+    notes = calendar_of(WrittenDate(text, "") for text in texts).notes
+    assert [note.partition(" ")[0] for note in notes] == [texts[0], texts[2], texts[3]]
+
+
+DAYS = st.lists(st.dates(date(2020, 1, 1), date(2030, 12, 31)), min_size=1, max_size=6)
+
+
+@given(DAYS, st.sampled_from(["%d/%m/%Y", "%m/%d/%Y"]))
+def test_slashed_dates_are_read_right_or_refused(days: list[date], form: str) -> None:
+    try:
+        assert read(*(day.strftime(form) for day in days)) == days
+    except BadInput as refused:
+        assert "nothing beside it says which" in refused.message
+        assert all(day.day <= 12 for day in days)
+
+
+@given(st.text(max_size=30))
+def test_fuzz_any_text_is_a_date_or_refused(text: str) -> None:
+    try:
+        read(text)
+    except BadInput as refused:
+        assert "\n" not in refused.message
+
+
+ODF = "urn:oasis:names:tc:opendocument:xmlns"
+
+
+def opendocument(rows: str, dtd: str = "") -> bytes:
+    """A spreadsheet as LibreOffice saves it, with these rows in one sheet."""
+    content = (
+        f'<?xml version="1.0" encoding="UTF-8"?>{dtd}'
+        f'<o:document-content xmlns:o="{ODF}:office:1.0" xmlns:t="{ODF}:table:1.0"'
+        f' xmlns:x="{ODF}:text:1.0"><o:body><o:spreadsheet><t:table t:name="Sheet1">{rows}'
+        "</t:table></o:spreadsheet></o:body></o:document-content>"
+    )
+    out = BytesIO()
+    with ZipFile(out, "w", ZIP_DEFLATED) as archive:
+        archive.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet")
+        archive.writestr("content.xml", content)
+    return out.getvalue()
+
+
+ROWS = (
+    "<t:table-row><t:table-cell><x:p>tag</x:p></t:table-cell>"
+    '<t:table-cell t:number-columns-repeated="2"/>'
+    '<t:table-cell o:value-type="date" o:date-value="2026-05-10T00:00:00"><x:p>10.05.26</x:p>'
+    "</t:table-cell></t:table-row>"
+    '<t:table-row t:number-rows-repeated="2"><t:table-cell t:number-columns-repeated="1024"/>'
+    "</t:table-row>"
+    '<t:table-row t:number-rows-repeated="2"><t:table-cell o:value-type="float" o:value="17">'
+    '<x:p>17,0</x:p></t:table-cell><t:table-cell t:number-columns-repeated="16383"/></t:table-row>'
+    '<t:table-row t:number-rows-repeated="1048571">'
+    '<t:table-cell t:number-columns-repeated="16384"/></t:table-row>'
+)
+
+
+def test_a_sheet_of_libreoffice(tmp_path: Path) -> None:
+    path = tmp_path / "gala.ods"
+    path.write_bytes(opendocument(ROWS))
+    (sheet,) = read_sheets(path)
+    assert sheet.name == "gala.ods, sheet Sheet1"
+    assert [(row.number, row.cells) for row in sheet.rows] == [
+        (1, ("tag", "", "", "2026-05-10")),
+        (4, ("17",)),
+        (5, ("17",)),
+    ]
+    assert sheet.real_dates == {"2026-05-10"}
+
+
+FILLED = (
+    '<t:table-row t:number-rows-repeated="{}"><t:table-cell t:number-columns-repeated="{}">'
+    "<x:p>1</x:p></t:table-cell></t:table-row>"
+)
+BOMB = '<!DOCTYPE d [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>'
+
+
+def far_cell(row: int, column: int) -> bytes:
+    book, out = Workbook(), BytesIO()
+    book.active.cell(1, 1, "tag")
+    book.active.cell(row, column, 1)
+    book.save(out)  # type: ignore[arg-type]
+    return out.getvalue()
+
+
+def archive(**parts: bytes) -> bytes:
+    out = BytesIO()
+    with ZipFile(out, "w", ZIP_DEFLATED) as written:
+        for name, content in parts.items():
+            written.writestr(name.replace("__", "."), content)
+    return out.getvalue()
+
+
+HOSTILE = {
+    "a million rows": (opendocument(FILLED.format(1_048_576, 1)), "holds more than 200,000 rows"),
+    "all columns": (opendocument(FILLED.format(1000, 16384)), "holds more than 2,000,000 cells"),
+    "absurd repeats": (opendocument(FILLED.format(10**18, 10**18)), "more than 2,000,000 cells"),
+    "entities": (opendocument("", dtd=BOMB), "is no spreadsheet that can be read"),
+    "an archive of something else": (archive(readme=b"x"), "is an archive, and holds no workbook"),
+    "a great part": (archive(content__xml=bytes(80 << 20)), "holds more than 64 MB"),
+    "long text": (b"1,2\n" * (5 << 20), "holds more than 16 MB of text"),
+    "many lines": (b"1\n" * 300_000, "holds more than 200,000 rows"),
+}
+
+
+@pytest.mark.parametrize(("content", "message"), HOSTILE.values(), ids=HOSTILE)
+def test_tables_without_end_are_refused_at_once(
+    tmp_path: Path, content: bytes, message: str
+) -> None:
+    path = tmp_path / "gala.csv"
+    path.write_bytes(content)
+    began = time.monotonic()
+    with pytest.raises(BadInput, match=message):
+        read_sheets(path)
+    assert time.monotonic() - began < 5
+
+
+def test_a_cell_far_out_costs_no_time(tmp_path: Path) -> None:
+    path = tmp_path / "gala.xlsx"
+    path.write_bytes(far_cell(1_048_576, 16_384))
+    began = time.monotonic()
+    (sheet,) = read_sheets(path)
+    assert time.monotonic() - began < 5
+    assert [(row.number, len(row.cells)) for row in sheet.rows] == [(1, 1), (1_048_576, 16_384)]
