@@ -17,3 +17,9 @@ def letter_of(fruitlet: int) -> str:
     """
     rest, last = divmod(fruitlet, len(ascii_uppercase))
     return (letter_of(rest - 1) if rest else "") + ascii_uppercase[last]
+
+
+def spelled_out(text: str) -> str:
+    """Text that can be stored and written: bytes of a file's name that are no UTF-8 (PEP 383)
+    are spelled out, such as \\udce9."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -594,3 +594,10 @@ def test_fuzz_a_damaged_workbook_is_read_or_refused(
         read_calipers(path)
     except BadInput as refused:
         assert "\n" not in str(refused)
+
+
+def test_a_tree_with_the_name_of_a_formula_leaves_as_text_and_comes_back(tmp_path: Path) -> None:
+    record = read(tmp_path, WIDE.replace("2,18", "=2+5,18")).record
+    written = wide_table(record)
+    assert "\n'=2+5,18," in written
+    assert read(tmp_path, written).record.tree_of[18] == "=2+5"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -133,3 +134,14 @@ def test_one_visit_is_not_enough(capsys: Capture, tmp_path: Path) -> None:
     code, _, err = run(capsys, "growth", "--calipers", str(path))
     assert code == ExitCode.BAD_INPUT
     assert "Block gala has only the visit of 2026-05-10; growth needs two." in err
+
+
+def test_a_table_whose_name_is_no_utf_8_has_a_page(capsys: Capture, tmp_path: Path) -> None:
+    table = tmp_path / os.fsdecode(b"caf\xe9.csv")
+    table.write_text(
+        "cluster,fruit,2026-05-10,2026-05-14\n17,1,8.5,11.0\n17,2,7.0,\n18,1,9.1,12.0\n"
+    )
+    page = tmp_path / "page.html"
+    code, out, _ = run(capsys, "growth", "--calipers", table, "--report", page)
+    assert code == ExitCode.OK
+    assert "caf" in page.read_text() and "caf" in out

@@ -268,3 +268,33 @@ def test_the_real_analysis_reads_a_png(capsys: Capture, tmp_path: Path) -> None:
     database = connect_read_only(data / "fieldcam.db")
     (reading,) = rows(database, "SELECT tag_read FROM reading")
     assert reading["tag_read"] == self_test.TAG_ID
+
+
+NOT_UTF_8 = os.fsdecode(b"caf\xe9 \x1b]0;owned\x07")
+"""As an old card names it; with what would retitle a terminal."""
+
+
+@pytest.mark.parametrize("where", ["the folder", "a stray", "a pair", "the data"])
+def test_names_of_any_bytes_are_imported_and_do_not_command_the_terminal(
+    capsys: Capture, folder: Path, analyst: FakeAnalyst, tmp_path: Path, where: str
+) -> None:
+    named = folder
+    argv: list[object] = []
+    if where == "the folder":
+        named = folder.rename(folder.with_name(NOT_UTF_8))
+    elif where == "a stray":
+        (folder / NOT_UTF_8).mkdir()
+        (folder / "2026-05-21" / f"{NOT_UTF_8}.png").write_bytes(b"x")
+    elif where == "a pair":
+        for side in ("LEFT", "RIGHT"):
+            odd = folder / f"9_2026-05-21-10-00-00/COLOR/{NOT_UTF_8}_{side}.png"
+            odd.parent.mkdir(parents=True, exist_ok=True)
+            odd.write_bytes(b"x")
+    else:
+        argv = ["--data", tmp_path / NOT_UTF_8]
+    code = main([*map(str, argv), "import", str(named), "--block", "North"])
+    out, err = capsys.readouterr()
+    assert code == ExitCode.OK, err
+    assert "3 added" in out
+    assert "\x1b" not in out + err and "\x07" not in out + err
+    (out + err).encode()

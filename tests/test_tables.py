@@ -16,6 +16,7 @@ from openpyxl import Workbook
 from fieldcam.errors import BadInput
 from fieldcam.exchange.tables.dates import WrittenDate, calendar_of
 from fieldcam.exchange.tables.files import read_sheets
+from fieldcam.exchange.tables.written import as_named, as_text, csv_text
 
 DAY = date(2026, 5, 10)
 
@@ -232,3 +233,16 @@ def test_a_cell_far_out_costs_no_time(tmp_path: Path) -> None:
     (sheet,) = read_sheets(path)
     assert time.monotonic() - began < 5
     assert [(row.number, len(row.cells)) for row in sheet.rows] == [(1, 1), (1_048_576, 16_384)]
+
+
+FORMULAS = ["=1+1", "+1-1", "-A1", "@SUM(A1)", "=HYPERLINK(1)", "'=1", "\t=1", "\uff1d1+1"]
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_no_name_leaves_as_a_formula(name: str) -> None:
+    assert csv_text([[name, -0.5, "-0.5", "A-1"]]) == f"'{name},-0.5,-0.5,A-1\n"
+
+
+@given(st.text(max_size=20))
+def test_names_come_back_as_they_were(name: str) -> None:
+    assert as_named(as_text(name)) == name

@@ -12,6 +12,7 @@ from typing import Any
 
 from fieldcam.errors import OutputLost
 
+_NO_BREAK = "\N{NO-BREAK SPACE}"
 JUSTIFIERS = {"<": str.ljust, ">": str.rjust}
 
 
@@ -29,7 +30,7 @@ def screen_width() -> int | None:
 def emit(text: str) -> None:
     """A line of the result."""
     with _output():
-        sys.stdout.write(f"{text}\n")
+        sys.stdout.write(f"{_printable_lines(text)}\n")
 
 
 def flush() -> None:
@@ -57,13 +58,17 @@ def narrate(text: str) -> None:
     """A line for the person who waits."""
     # The terminal may have been closed; then nobody waits.
     with suppress(OSError):
-        sys.stderr.write(f"{text}\n")
+        sys.stderr.write(f"{_printable_lines(text)}\n")
         sys.stderr.flush()
 
 
 def printable(text: str) -> str:
-    """What a device wrote, without what would command the terminal."""
-    return "".join(letter if letter.isprintable() else "?" for letter in text)
+    """One line that a device or a file's name brought, without what commands the terminal."""
+    return "".join(each if each.isprintable() or each == _NO_BREAK else "?" for each in text)
+
+
+def _printable_lines(text: str) -> str:
+    return "\n".join(map(printable, text.split("\n")))
 
 
 def table(rows: Sequence[Sequence[str]], alignment: str) -> list[str]:

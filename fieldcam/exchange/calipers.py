@@ -6,8 +6,6 @@ than one meaning is refused.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
@@ -29,9 +27,10 @@ from fieldcam.exchange.caliper_sizes import (
 from fieldcam.exchange.tables.dates import calendar_of
 from fieldcam.exchange.tables.files import read_sheets
 from fieldcam.exchange.tables.sheets import Sheet
+from fieldcam.exchange.tables.written import csv_text
 from fieldcam.growth.records import BlockRecord, Presence, Source
 from fieldcam.growth.warnings import Warning
-from fieldcam.words import number_of
+from fieldcam.words import number_of, spelled_out
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,26 +54,27 @@ def read_calipers(
     `dates` are those of visits that the table only numbers, `today` is this machine's where it is
     not given. Raises BadInput with the line, or the sheet and cell, that cannot be read.
     """
-    cells, sheet_notes = _cells(path, read_sheets(path), dates)
+    name = spelled_out(path.name)
+    cells, sheet_notes = _cells(name, read_sheets(path), dates)
     calendar = calendar_of(cell.day for cell in cells)
     sizes, tree_note = sizes_of(cells, calendar)
-    check_sizes(path.name, sizes)
-    numbered, renumbering = in_one_numbering(path.name, sizes)
-    record, assumed = record_of(path.stem, named_by_size(numbered))
-    record = replace(record, source=source_of(path.name, numbered))
+    check_sizes(name, sizes)
+    numbered, renumbering = in_one_numbering(name, sizes)
+    record, assumed = record_of(spelled_out(path.stem), named_by_size(numbered))
+    record = replace(record, source=source_of(name, numbered))
     notes = (
         *sheet_notes,
         *calendar.notes,
         tree_note,
         renumbering,
-        *_notes(path.name, numbered),
+        *_notes(name, numbered),
         *assumed,
     )
     return CaliperTable(
         record,
         tuple(note for note in notes if note),
         named=all(each.fruit for each in numbered),
-        doubts=date_doubts(path.name, record.visits, today or date.today()),
+        doubts=date_doubts(name, record.visits, today or date.today()),
     )
 
 
@@ -87,34 +87,30 @@ def wide_table(record: BlockRecord) -> str:
     """
     days = record.visits
     states = days if _needs_states(record) else ()
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     columns = [f"{DIAM}{day}" for day in days] + [f"{STATE}{day}" for day in states]
     measured_by = {MEASURED_BY: record.source} if record.source is Source.CAMERA else {}
-    writer.writerow(["tree", "cluster", "fruit", *columns, *measured_by])
+    rows: list[list[object]] = [["tree", "cluster", "fruit", *columns, *measured_by]]
     for each in record.fruitlets:
         seen = each.sightings
         sizes = ["" if day not in seen else _written(seen[day].diameter_mm) for day in days]
         said = [str(seen[day].presence) if day in seen else "" for day in states]
         tree = record.tree_of.get(each.tag_id, "")
-        writer.writerow([tree, each.tag_id, each.fruitlet, *sizes, *said, *measured_by.values()])
-    return out.getvalue()
+        rows.append([tree, each.tag_id, each.fruitlet, *sizes, *said, *measured_by.values()])
+    return csv_text(rows)
 
 
 def _cells(
-    path: Path, sheets: Sequence[Sheet], dates: Sequence[date]
+    name: str, sheets: Sequence[Sheet], dates: Sequence[date]
 ) -> tuple[list[CaliperCell], list[str]]:
     """Of all sheets that hold a caliper table."""
     filled = [sheet for sheet in sheets if sheet.rows]
     if not filled:
-        raise BadInput(f"{path.name} is empty.")
+        raise BadInput(f"{name} is empty.")
     tables = [(sheet, caliper_table(sheet)) for sheet in filled]
     found = [table for _, table in tables if table is not None]
     if not found:
         top = " ".join(filter(None, filled[0].rows[0].cells))[:60]
-        raise BadInput(
-            f"{path.name} has no heading of a caliper table; it begins with {top!r}.", SHAPES
-        )
+        raise BadInput(f"{name} has no heading of a caliper table; it begins with {top!r}.", SHAPES)
     others = [sheet.title or "" for sheet, table in tables if table is None]
     dated = [table for table in found if has_dates(table)] or found
     undated = [table.sheet.title or "" for table in found if table not in dated]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator
 
 from fieldcam.exchange.json_fields import Json
+from fieldcam.exchange.tables.written import csv_text
 from fieldcam.growth.evaluation.evaluating import (
     Evaluation,
     FollowingScore,
@@ -46,13 +45,8 @@ def evaluation_report(found: Evaluation) -> Json:
 
 def evaluation_csv(found: Evaluation) -> str:
     """The same figures, one in each row; those that are not known are left out."""
-    written = io.StringIO()
-    writer = csv.writer(written, lineterminator="\n")
-    writer.writerow(CSV_COLUMNS)
-    for row in _csv_rows(found):
-        if row[-1] is not None:
-            writer.writerow((found.block, *row))
-    return written.getvalue()
+    known = ((found.block, *row) for row in _csv_rows(found) if row[-1] is not None)
+    return csv_text([CSV_COLUMNS, *known])
 
 
 CsvRow = tuple[str, str, str, str, float | int | None]

@@ -6,6 +6,7 @@ connection and read back.
 
 from __future__ import annotations
 
+import os
 import shutil
 import sqlite3
 from collections.abc import Iterator
@@ -17,6 +18,7 @@ from typing import Any
 from sqlite_utils import Database
 
 from fieldcam.errors import StorageBusy, StorageDamaged, StorageError, StorageFull
+from fieldcam.words import spelled_out
 
 APPLICATION_ID = 0x66636D31
 """`fcm1` in ASCII: marks a file as fieldcam's."""
@@ -65,7 +67,12 @@ def connect_read_only(path: Path, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Dat
 def rows(database: Database, sql: str, *parameters: object) -> list[dict[str, Any]]:
     """All rows of a query, fetched at once so that no read holds the WAL open."""
     with storage_errors(database_path(database)):
-        return list(database.query(sql, parameters))
+        return list(database.query(sql, [storable(each) for each in parameters]))
+
+
+def storable(value: object) -> object:
+    """What SQLite takes: no text that is no UTF-8."""
+    return spelled_out(value) if isinstance(value, str) else value
 
 
 @contextmanager
@@ -98,8 +105,10 @@ def storage_errors(path: Path) -> Iterator[None]:
 
 def database_path(database: Database) -> Path:
     """The file behind a connection."""
-    (_, _, name) = database.conn.execute("PRAGMA database_list").fetchone()
-    return Path(name)
+    # As bytes: a folder may have a name that is no UTF-8.
+    sql = "SELECT CAST(file AS BLOB) FROM pragma_database_list WHERE name = 'main'"
+    (name,) = database.conn.execute(sql).fetchone()
+    return Path(os.fsdecode(name))
 
 
 def _roll_back(database: Database) -> None:

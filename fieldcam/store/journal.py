@@ -12,7 +12,7 @@ from typing import Any
 from sqlite_utils import Database
 
 from fieldcam.store.clock import Moment, now, utc_text
-from fieldcam.store.connection import database_path, storage_errors, writing
+from fieldcam.store.connection import database_path, storable, storage_errors, writing
 from fieldcam.store.rows import Draft, EntryId, Row, columns, new_id
 
 Clock = Callable[[], Moment]
@@ -61,7 +61,8 @@ def changes(database: Database) -> tuple[int, ...]:
 def insert(database: Database, table: str, values: dict[str, Any]) -> None:
     """One row, given by its columns."""
     places = ", ".join(f":{name}" for name in values)
-    database.execute(f"INSERT INTO {table} ({', '.join(values)}) VALUES ({places})", values)
+    sql = f"INSERT INTO {table} ({', '.join(values)}) VALUES ({places})"
+    database.execute(sql, {name: storable(value) for name, value in values.items()})
 
 
 def _next_numbers(database: Database, device: EntryId) -> tuple[int, int]:

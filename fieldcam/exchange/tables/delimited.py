@@ -11,6 +11,7 @@ from statistics import median
 from fieldcam.errors import BadInput
 from fieldcam.exchange.tables.limits import MOST_TEXT_BYTES, MOST_TITLE_ROWS
 from fieldcam.exchange.tables.sheets import Sheet, filled_rows, too_large
+from fieldcam.exchange.tables.written import as_named
 
 _SEPARATORS = ";\t,|"
 _SAID = re.compile(r"\"?sep=(.)\"?[;,\t]*", re.IGNORECASE)
@@ -35,7 +36,7 @@ def _rows(
     reader = csv.reader(lines[skipped:], delimiter=separator)
     try:
         for row in reader:
-            yield reader.line_num + skipped, row
+            yield reader.line_num + skipped, [as_named(cell) for cell in row]
     except csv.Error as error:
         line = reader.line_num + skipped
         raise BadInput(f"{name}, line {line}: it is no line of a table ({error}).") from error

@@ -12,6 +12,7 @@ from fieldcam.exchange.tables.limits import MOST_FILE_BYTES, MOST_UNPACKED_BYTES
 from fieldcam.exchange.tables.opendocument import opendocument_sheets
 from fieldcam.exchange.tables.sheets import Sheet, too_large
 from fieldcam.exchange.tables.workbook import workbook_sheets
+from fieldcam.words import spelled_out
 
 _ZIP = b"PK\x03\x04"
 _OLD_OFFICE = b"\xd0\xcf\x11\xe0"
@@ -24,14 +25,14 @@ def read_sheets(path: Path) -> list[Sheet]:
 
     Raises BadInput when the file cannot be read, is none of these, or is too large.
     """
-    data = _content(path)
+    data, name = _content(path), spelled_out(path.name)
     if data.startswith(_ZIP):
-        return _zipped(path.name, data)
+        return _zipped(name, data)
     if data.startswith(_OLD_OFFICE):
         raise BadInput(
-            f"{path.name} is a workbook of Excel 97 to 2003, or is locked by a password.", _AS_WHAT
+            f"{name} is a workbook of Excel 97 to 2003, or is locked by a password.", _AS_WHAT
         )
-    return [csv_sheet(path.name, data)]
+    return [csv_sheet(name, data)]
 
 
 def _content(path: Path) -> bytes:
