@@ -601,3 +601,9 @@ def test_a_tree_with_the_name_of_a_formula_leaves_as_text_and_comes_back(tmp_pat
     written = wide_table(record)
     assert "\n'=2+5,18," in written
     assert read(tmp_path, written).record.tree_of[18] == "=2+5"
+
+
+def test_more_fruit_than_any_block_has_is_refused(tmp_path: Path) -> None:
+    rows = "".join(f"{tag},{fruit},8.0,9.0\n" for tag in range(500) for fruit in range(61))
+    with pytest.raises(BadInput, match="holds more than 30,000 fruits: that is no table"):
+        read(tmp_path, "cluster,fruit,2026-05-10,2026-05-14\n" + rows)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date
+from time import monotonic
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from planned_blocks import Measuring, day_date, measured_block, true_set_pct
 
 from fieldcam.errors import BadInput
 from fieldcam.growth.crop import CropPlan, Verdict, crop_forecast
-from fieldcam.growth.forecast import Forecast, State, forecast, trend
+from fieldcam.growth.forecast import Forecast, State, counts_of, forecast, trend
 from fieldcam.growth.influence import influences
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
 from fieldcam.growth.size_order import in_size_order
@@ -289,6 +291,19 @@ def test_the_influence_of_a_cluster_is_what_changes_without_it(planned: BlockRec
     without = forecast(made_block(others), day_date(0), day_date(4))
     assert first.influence_points == pytest.approx(found.set_pct - without.set_pct)
     assert len(influences(found)) == 30
+
+
+def test_the_influence_of_thousands_of_clusters_takes_no_minute(planned: BlockRecord) -> None:
+    found = forecast(planned, day_date(0), day_date(4))
+    more = [
+        replace(each, fruitlet=replace(each.fruitlet, tag_id=each.fruitlet.tag_id + 1000 * copy))
+        for copy in range(20_000 // len(found.fruitlets))
+        for each in found.fruitlets
+    ]
+    many = replace(found, fruitlets=tuple(more), counts=counts_of(more))
+    began = monotonic()
+    assert len(influences(many)) > 2000
+    assert monotonic() - began < 5
 
 
 def test_fruit_per_tree_counts_clusters_that_lost_everything() -> None:

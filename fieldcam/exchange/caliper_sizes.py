@@ -11,6 +11,8 @@ from fieldcam.errors import BadInput
 from fieldcam.exchange.caliper_cells import SizeCell, size_of
 from fieldcam.exchange.caliper_shapes import CaliperCell, StateCell
 from fieldcam.exchange.tables.dates import Calendar
+from fieldcam.exchange.tables.limits import MOST_FRUITS
+from fieldcam.exchange.tables.sheets import too_large
 from fieldcam.exchange.tables.trees import tree_names
 from fieldcam.growth.records import Presence, Source
 
@@ -91,6 +93,8 @@ def check_sizes(name: str, sizes: Sequence[CaliperSize]) -> None:
     known = [each for each in sizes if each.diameter_mm is not None]
     if not known:
         raise BadInput(f"{name} holds no sizes.")
+    if len({(each.tree, each.cluster, each.fruit) for each in sizes}) > MOST_FRUITS:
+        raise too_large(name, f"more than {MOST_FRUITS:,} fruits")
     _check_millimetres(name, known)
     _check_fallen(sizes)
     low, high = SIZES_MM

@@ -20,3 +20,5 @@ MOST_SHEETS = 400
 """A day of the year each, and a few more."""
 MOST_TITLE_ROWS = 20
 """That may stand above the heading."""
+MOST_FRUITS = 30_000
+"""Of a caliper table: 4,000 clusters take seconds, and room grows with their number."""
