@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import date
 from io import BytesIO
 from pathlib import Path
@@ -17,7 +18,7 @@ from planned_blocks import Measuring, measured_block
 from fieldcam.errors import BadInput
 from fieldcam.exchange.calipers import CaliperTable, read_calipers, wide_table
 from fieldcam.growth.forecast import forecast
-from fieldcam.growth.records import BlockRecord, Presence, Source
+from fieldcam.growth.records import BlockRecord, Presence, Sighting, Source
 from fieldcam.growth.visits import chosen_interval, visits_of
 from fieldcam.simulator.plan import Block
 
@@ -607,3 +608,23 @@ def test_more_fruit_than_any_block_has_is_refused(tmp_path: Path) -> None:
     rows = "".join(f"{tag},{fruit},8.0,9.0\n" for tag in range(500) for fruit in range(61))
     with pytest.raises(BadInput, match="holds more than 30,000 fruits: that is no table"):
         read(tmp_path, "cluster,fruit,2026-05-10,2026-05-14\n" + rows)
+
+
+def test_doubts_about_a_camera_s_matches_leave_and_come_back(tmp_path: Path) -> None:
+    record = measured_block(Block.plan(3, 8), Measuring(Source.CAMERA, (0, 4)), 3)
+    first, *others = record.fruitlets
+    day = record.visits[-1]
+    sightings = {record.visits[0]: Sighting(Presence.SIZED, 8.0)}
+    doubted = replace(
+        first, sightings=sightings | {day: Sighting(Presence.SIZED, 19.0, confidence=0.5349)}
+    )
+    table = wide_table(replace(record, fruitlets=(doubted, *others)))
+    head, row, *_ = table.splitlines()
+    assert head.endswith(f",sure.{day},measured_by,doubt")
+    assert row.endswith(
+        f',0.53,camera,"53 % sure on {day}, 2.8 mm/day to {day}, which no fruitlet grows"'
+    )
+    again = read(tmp_path, table).record.fruitlets[0]
+    assert again.sightings[day].confidence == 0.53
+    with pytest.raises(BadInput, match="'sure' is no certainty from 0 to 1"):
+        read(tmp_path, table.replace(",0.53,", ",sure,"))

@@ -15,11 +15,13 @@ from planned_blocks import Measuring, day_date, measured_block, true_set_pct
 
 from fieldcam.errors import BadInput
 from fieldcam.growth.crop import CropPlan, Verdict, crop_forecast
+from fieldcam.growth.doubts import Doubt, doubts_told
 from fieldcam.growth.forecast import Forecast, State, counts_of, forecast, trend
 from fieldcam.growth.influence import influences
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
 from fieldcam.growth.size_order import in_size_order
 from fieldcam.growth.visits import BlockVisit, chosen_interval, visits_of
+from fieldcam.growth.warnings import warnings_about
 from fieldcam.simulator.plan import Block
 
 
@@ -304,6 +306,50 @@ def test_the_influence_of_thousands_of_clusters_takes_no_minute(planned: BlockRe
     began = monotonic()
     assert len(influences(many)) > 2000
     assert monotonic() - began < 5
+
+
+def unsure(fruitlet: FruitletRecord, day: int, confidence: float) -> FruitletRecord:
+    doubted = replace(fruitlet.sightings[on(day)], confidence=confidence)
+    return replace(fruitlet, sightings={**fruitlet.sightings, on(day): doubted})
+
+
+@pytest.mark.parametrize("source", list(Source))
+def test_a_doubtful_match_is_marked_and_no_part_of_the_reference(source: Source) -> None:
+    fast = made_fruitlet(2, "fast", {0: 6.0, 4: 14.0})
+    slow = [made_fruitlet(1, f"slow {mm}", {0: 4.0 + mm, 4: 4.5 + mm}) for mm in range(12)]
+    others = [*fast_ones(30), *slow]
+    sure = forecast(made_block([*others, fast], source), on(0), on(4))
+    found = forecast(made_block([*others, unsure(fast, 4, 0.53)], source), on(0), on(4))
+    assert found.reference.measured_mm_per_day == pytest.approx(1.0)
+    assert found.reference.measured_mm_per_day < sure.reference.measured_mm_per_day
+    assert found.reference.corrected_mm_per_day < sure.reference.corrected_mm_per_day
+    doubts = {each.fruitlet.fruitlet: each.doubts for each in found.fruitlets}
+    assert doubts["fast"] == (Doubt.MATCH,)
+    assert set(doubts.values()) == {(), (Doubt.MATCH,)}
+    (warning,) = (each for each in warnings_about(found) if each.code == "doubtful_matches")
+    assert warning.text.startswith(
+        "The match of 1 fruitlet is less than 90 % sure: fruitlet fast of cluster 2."
+    )
+    of_two = next(each for each in influences(found) if each.tag_id == 2)
+    without = forecast(made_block(others, source), on(0), on(4))
+    assert of_two.influence_points == pytest.approx(found.set_pct - without.set_pct)
+
+
+def test_where_all_matches_are_doubtful_they_are_the_reference() -> None:
+    found = forecast(
+        made_block([unsure(each, 4, 0.5) for each in fast_ones()], Source.CAMERA), on(0), on(4)
+    )
+    assert found.reference.measured_mm_per_day == pytest.approx(1.0)
+
+
+def test_growth_that_no_fruitlet_has_is_marked() -> None:
+    leaf = made_fruitlet(2, "leaf", {0: 12.8, 1: 16.8})
+    found = forecast(made_block([*fast_ones(days=1), leaf]), on(0), on(1))
+    marked = next(each for each in found.fruitlets if each.fruitlet == leaf)
+    assert (marked.state, marked.doubts) == (State.IGNORED, (Doubt.GROWTH,))
+    assert list(doubts_told(leaf, [on(0), on(1)])) == [
+        "4.0 mm/day to 2026-05-11, which no fruitlet grows"
+    ]
 
 
 def test_fruit_per_tree_counts_clusters_that_lost_everything() -> None:

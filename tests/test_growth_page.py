@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date
 from functools import cache
 
@@ -87,6 +88,16 @@ def test_no_bar_holds_both_sides_of_the_cutoff(rates: list[float], cutoff: float
     assert np.isclose(edges, cutoff).any()
     assert edges[0] <= min(rates) and max(rates) < edges[-1]
     assert (np.diff(edges) > 0).all()
+
+
+def test_what_is_doubtful_is_marked_beside_its_sizes() -> None:
+    sure, other = fruitlet(5, "1", 8.0, 10.0), fruitlet(5, "2", 8.0, 11.0)
+    seen = {day: replace(each, confidence=0.53) for day, each in other.sightings.items()}
+    leaf = fruitlet(6, "1", 8.0, 24.0)
+    text = words_of(growth_page(small(sure, replace(other, sightings=seen), leaf)))
+    assert f"2: 8.0 → 11.0 stays (doubtful: 53 % sure on {day_date(0)}; 53 % sure" in text
+    assert "24.0 left out (doubtful: 4.0 mm/day to" in text
+    assert "1: 8.0 → 10.0 stays" in text and "10.0 stays (" not in text
 
 
 def test_a_thumbnail_shows_the_numbered_fruitlets() -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import date
 
 from fieldcam.exchange.caliper_sizes import CaliperSize
@@ -55,9 +55,41 @@ def record_of(name: str, sizes: Sequence[CaliperSize]) -> tuple[BlockRecord, tup
         if each.presence is not None:
             said.setdefault(fruit, {})[each.day] = each.presence
     trees = {each.cluster: each.tree for each in sizes if each.tree}
+    record, notes = _of_words(name, by_fruit, said, trees)
+    return _with_certainties(record, sizes), notes
+
+
+def _of_words(
+    name: str,
+    by_fruit: Sizes,
+    said: Mapping[Fruit, Mapping[date, Presence]],
+    trees: Mapping[int, str],
+) -> tuple[BlockRecord, tuple[str, ...]]:
     if any(Presence.SIZED in by_day.values() for by_day in said.values()):
         return _as_said(name, by_fruit, said, trees), ()
     return _record(name, by_fruit, _Said(said), trees)
+
+
+def _with_certainties(record: BlockRecord, sizes: Sequence[CaliperSize]) -> BlockRecord:
+    """As far as the table says how sure the camera's matches are."""
+    known = {
+        (each.cluster, each.fruit, each.day): each.certainty
+        for each in sizes
+        if each.certainty < 1.0
+    }
+    if not known:
+        return record
+    return replace(record, fruitlets=tuple(_with_certainty(f, known) for f in record.fruitlets))
+
+
+def _with_certainty(
+    fruitlet: FruitletRecord, known: Mapping[tuple[int, str, date], float]
+) -> FruitletRecord:
+    sightings = {
+        day: replace(seen, confidence=known.get((fruitlet.tag_id, fruitlet.fruitlet, day), 1.0))
+        for day, seen in fruitlet.sightings.items()
+    }
+    return replace(fruitlet, sightings=sightings)
 
 
 def record_of_sizes(name: str, sizes: Sizes, trees: Mapping[int, str]) -> BlockRecord:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.caliper_cells import label_of, whole_of
 from fieldcam.exchange.caliper_columns import (
+    CERTAINTY,
     CLUSTER,
     DATE,
     DIAMETER,
@@ -29,8 +30,8 @@ from fieldcam.words import number_of
 
 
 @dataclass(frozen=True, slots=True)
-class StateCell:
-    """What a column of states says, and where."""
+class SaidCell:
+    """What a column beside the sizes says, such as a state, and where."""
 
     text: str
     place: str
@@ -47,8 +48,10 @@ class CaliperCell:
     """Empty where fruits have no names."""
     day: WrittenDate
     text: str
-    state: StateCell | None
     source: Source
+    state: SaidCell | None = None
+    certainty: SaidCell | None = None
+    """Of the match, 0 to 1, where the table was made from a camera's sizes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +130,7 @@ def _wide(
     table: Table, rows: Sequence[TableRow], cluster: str, days: Mapping[str, WrittenDate]
 ) -> Iterator[CaliperCell]:
     fruit = _needed(table, FRUIT)
-    states = {name.removeprefix(STATE): name for name in table.columns if name.startswith(STATE)}
+    states, certainties = _said(table, STATE), _said(table, CERTAINTY)
     for row in rows:
         tag = whole_of(row.cells[cluster], row.place, "cluster")
         name = fruit_name(row.cells[fruit])
@@ -136,17 +139,25 @@ def _wide(
         for column, day in days.items():
             state = states.get(day.text)
             if not states or (state and row.cells[state]):
-                yield _cell(table, row, column, tag, name, day, state)
+                cell = _cell(table, row, column, tag, name, day)
+                sure = _said_cell(row, certainties.get(day.text))
+                yield replace(cell, state=_said_cell(row, state), certainty=sure)
+
+
+def _said(table: Table, prefix: str) -> dict[str, str]:
+    """Columns of one kind beside the sizes, by what tells their visit."""
+    names = (name for name in table.columns if name.startswith(prefix))
+    return {name.removeprefix(prefix): name for name in names}
+
+
+def _said_cell(row: TableRow, column: str | None) -> SaidCell | None:
+    if column is None or not row.cells[column]:
+        return None
+    return SaidCell(row.cells[column], row.cell_place(column))
 
 
 def _cell(
-    table: Table,
-    row: TableRow,
-    column: str,
-    cluster: int,
-    fruit: str,
-    day: WrittenDate,
-    state: str | None = None,
+    table: Table, row: TableRow, column: str, cluster: int, fruit: str, day: WrittenDate
 ) -> CaliperCell:
     tree_row, tree = table.column(ROW), table.column(TREE)
     by_camera = row.cells.get(MEASURED_BY, "") == Source.CAMERA
@@ -161,7 +172,6 @@ def _cell(
         fruit,
         day,
         row.cells[column],
-        None if state is None else StateCell(row.cells[state], row.cell_place(state)),
         Source.CAMERA if by_camera else Source.CALIPERS,
     )
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import date
 from statistics import median
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.caliper_cells import SizeCell, size_of
-from fieldcam.exchange.caliper_shapes import CaliperCell, StateCell
+from fieldcam.exchange.caliper_shapes import CaliperCell, SaidCell
 from fieldcam.exchange.tables.dates import Calendar
 from fieldcam.exchange.tables.limits import MOST_FRUITS
 from fieldcam.exchange.tables.sheets import too_large
@@ -40,6 +41,8 @@ class CaliperSize:
     source: Source = Source.CALIPERS
     nothing: bool = False
     """A word such as NA stands there."""
+    certainty: float = 1.0
+    """Of the match, where a camera measured."""
 
 
 def sizes_of(cells: Sequence[CaliperCell], calendar: Calendar) -> tuple[list[CaliperSize], str]:
@@ -77,10 +80,19 @@ def _size(
         presence,
         cell.source,
         bool(said.nothing),
+        1.0 if cell.certainty is None else _certainty(cell.certainty),
     )
 
 
-def _stated(state: StateCell, diameter_mm: float | None) -> Presence:
+def _certainty(cell: SaidCell) -> float:
+    with suppress(ValueError):
+        value = float(cell.text)
+        if 0.0 <= value <= 1.0:
+            return value
+    raise BadInput(f"{cell.place}: {cell.text!r} is no certainty from 0 to 1.")
+
+
+def _stated(state: SaidCell, diameter_mm: float | None) -> Presence:
     if state.text not in list(Presence):
         raise BadInput(f"{state.place}: {state.text!r} is none of {', '.join(Presence)}.")
     if (state.text == Presence.SIZED) != (diameter_mm is not None):

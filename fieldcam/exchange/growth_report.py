@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from fieldcam.exchange.json_fields import Json
 from fieldcam.growth.crop import CropForecast
+from fieldcam.growth.doubts import is_doubtful
 from fieldcam.growth.forecast import Forecast, FruitletForecast
 from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.outlook import Outlook
@@ -97,10 +98,13 @@ def _cluster(cluster: ClusterInfluence) -> Json:
 
 
 def _fruitlet(each: FruitletForecast) -> Json:
+    seen_on = sorted(each.fruitlet.sightings.items(), key=lambda entry: entry[0])
     return {
         "tag": each.fruitlet.tag_id,
         "fruitlet": each.fruitlet.fruitlet,
         "sizes_mm": {str(day): mm for day, mm in each.sizes_mm.items()},
         "rate_mm_per_day": each.rate_mm_per_day,
         "state": each.state,
+        "doubts": list(each.doubts),
+        "certainty": {str(day): seen.confidence for day, seen in seen_on if is_doubtful(seen)},
     }

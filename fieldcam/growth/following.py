@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import date
 
 import numpy as np
 
+from fieldcam.growth.doubts import MOST_MM_PER_DAY, Doubt, is_doubtful
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Source
 from fieldcam.growth.visits import BlockVisit, visits_of
 
 OUTLIER_Z = 3.0
 """Sizes this far from their visit's mean are left out (paper, "Fruitlet Sizing")."""
-MOST_MM_PER_DAY = 2.5
-"""No fruitlet grows faster: one of its two sizes is wrong, or they are of two fruitlets."""
 _HANGING = (Presence.SIZED, Presence.SEEN)
 _RATE_DIGITS = 9
 
@@ -54,6 +54,8 @@ class Followed:
     hangs: bool
     """It was seen on the second of the two visits."""
     sized_at_start: bool
+    doubts: tuple[Doubt, ...] = ()
+    """About the growth between its two sizes, be it counted or not."""
 
 
 def follow(block: BlockRecord, start: BlockVisit, end: BlockVisit) -> tuple[Followed, ...]:
@@ -96,7 +98,23 @@ def _followed(
         fallen=fallen,
         hangs=ended is not None and ended[1].presence in _HANGING,
         sized_at_start=_size(fruitlet, start) is not None,
+        doubts=tuple(_doubts(fruitlet, start, end)),
     )
+
+
+def _doubts(fruitlet: FruitletRecord, start: BlockVisit, end: BlockVisit) -> Iterator[Doubt]:
+    growth, ended = growth_between(fruitlet, start, end), end.sighting(fruitlet)
+    if growth is not None and ended is not None and is_doubtful(ended[1]):
+        yield Doubt.MATCH
+    if growth is not None and growth.impossible:
+        yield Doubt.GROWTH
+
+
+def growth_of_sure(followed: Sequence[Followed]) -> list[Growth]:
+    """Of whom the reference is made: no doubtful match is among them, but where all are."""
+    known = [(each.growth, each.doubts) for each in followed if each.growth is not None]
+    sure = [growth for growth, doubts in known if not doubts]
+    return sure or [growth for growth, _ in known]
 
 
 def growth_between(fruitlet: FruitletRecord, start: BlockVisit, end: BlockVisit) -> Growth | None:

@@ -16,7 +16,8 @@ from statistics import median
 import numpy as np
 
 from fieldcam.errors import BadInput
-from fieldcam.growth.following import MOST_MM_PER_DAY, Followed, follow, growth_between
+from fieldcam.growth.doubts import MOST_MM_PER_DAY, Doubt
+from fieldcam.growth.following import Followed, follow, growth_between, growth_of_sure
 from fieldcam.growth.noise import NOISE
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
 from fieldcam.growth.reference import FASTEST, Reference, mean_of_fastest
@@ -49,6 +50,7 @@ class FruitletForecast:
     fruitlet: FruitletRecord
     rate_mm_per_day: float | None
     state: State
+    doubts: tuple[Doubt, ...] = ()
 
     @property
     def sizes_mm(self) -> Mapping[date, float]:
@@ -164,7 +166,7 @@ def _forecast(
 ) -> Forecast:
     growth = [each.growth for each in followed if each.growth is not None]
     resampled = resample(followed, NOISE[block.source])
-    rates = np.array([each.rate_mm_per_day for each in growth])
+    rates = np.array([each.rate_mm_per_day for each in growth_of_sure(followed)])
     reference = _reference(block.source, rates, resampled)
     fruitlets = tuple(_judged(each, reference.cutoff_mm_per_day) for each in followed)
     return Forecast(
@@ -202,7 +204,8 @@ def _reference(source: Source, rates: np.ndarray, resampled: Resampled) -> Refer
 def _judged(followed: Followed, cutoff_mm_per_day: float) -> FruitletForecast:
     growth = followed.growth
     rate = None if growth is None else growth.rate_mm_per_day
-    return FruitletForecast(followed.fruitlet, rate, _state(followed, rate, cutoff_mm_per_day))
+    state = _state(followed, rate, cutoff_mm_per_day)
+    return FruitletForecast(followed.fruitlet, rate, state, followed.doubts)
 
 
 def _state(followed: Followed, rate: float | None, cutoff_mm_per_day: float) -> State:

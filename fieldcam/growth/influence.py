@@ -47,19 +47,21 @@ class _Rates:
     """The block's rates in order, so that leaving a cluster out looks at few of them."""
 
     fastest_first: Sequence[tuple[float, int]]
-    """With their tags; those of new fruitlets are among them."""
+    """With their tags; those of new fruitlets are among them, doubtful ones are not."""
     judged: Floats
     """(N,) rising, of those that the model judges."""
 
     @classmethod
     def of(cls, found: Forecast) -> _Rates:
-        known = (
-            (each.rate_mm_per_day, each.fruitlet.tag_id)
+        known = [
+            (each.rate_mm_per_day, each.fruitlet.tag_id, each.doubts)
             for each in found.fruitlets
             if each.rate_mm_per_day is not None
-        )
+        ]
+        sure = [(rate, tag) for rate, tag, doubts in known if not doubts]
         judged = np.sort(np.array(_judged_rates(found.fruitlets), np.float64))
-        return cls(sorted(known, reverse=True), judged)
+        fastest = sure or [(rate, tag) for rate, tag, _ in known]
+        return cls(sorted(fastest, reverse=True), judged)
 
     def fastest_without(self, tag_id: int) -> Floats:
         """The FASTEST of all other clusters, or as many as there are."""

@@ -57,12 +57,14 @@ def resample(followed: Sequence[Followed], noise: SizingNoise) -> Resampled:
     clusters = _weighted(rng, len(tags))[:, cluster] * stands_for
     total = stands_for.sum(axis=1, keepdims=True)
     weights = clusters * total / clusters.sum(axis=1, keepdims=True)
-    of_tagged, of_trees = _set_shares(rates, stands_for), _set_shares(rates, weights)
+    sure = _in_reference(followed)
+    of_tagged = _set_shares(rates, stands_for, sure)
+    of_trees = _set_shares(rates, weights, sure)
     return Resampled(
         set_of_tagged_pct=100.0 * of_tagged,
         set_of_trees_pct=100.0 * of_trees,
         persist_per_cluster=of_trees * clusters.sum(axis=1) / len(tags),
-        reference_mm_per_day=round(float(_references(rates, stands_for).mean()), 9),
+        reference_mm_per_day=round(float(_references(rates, stands_for * sure).mean()), 9),
     )
 
 
@@ -129,9 +131,16 @@ def _sum_where(weights: Floats, chosen: BoolMask) -> Floats:
     return np.asarray(weights[:, chosen].sum(axis=1))
 
 
-def _set_shares(rates: Floats, weights: Floats) -> Floats:
+def _in_reference(followed: Sequence[Followed]) -> BoolMask:
+    """(N,) who is not a doubtful match; all where nobody else has a rate."""
+    sure = np.array([not each.doubts for each in followed])
+    grown = np.array([each.growth is not None for each in followed])
+    return sure if (sure & grown).any() else np.ones(len(followed), np.bool_)
+
+
+def _set_shares(rates: Floats, weights: Floats, in_reference: BoolMask) -> Floats:
     """(R,) share of the weight that persists by the model, the reference taken anew."""
-    cutoffs = PERSISTS_ABOVE * np.maximum(_references(rates, weights), 0.0)
+    cutoffs = PERSISTS_ABOVE * np.maximum(_references(rates, weights * in_reference), 0.0)
     return np.asarray((weights * (rates > cutoffs[:, None])).sum(axis=1) / weights.sum(axis=1))
 
 

@@ -34,7 +34,8 @@ def _ranks(days: Sequence[date], fruitlets: Sequence[FruitletRecord]) -> list[di
     for day in days:
         known = [each.sightings[day] for each in fruitlets if day in each.sightings]
         for rank, sighting in zip(ranks, sorted(known, key=_order), strict=False):
-            rank[day] = sighting
+            # How sure the match by place was says nothing of this one.
+            rank[day] = replace(sighting, confidence=1.0)
     return ranks
 
 

@@ -92,10 +92,10 @@ def _track(
                 pictures[p].view.fallen & {s.place.fruitlet}
                 for p, s in zip(here, seen, strict=True)
             )
-            confidence = _confidence(here, shown, certainties)
-            tracked[visit.day] = TrackedVisit(
-                _sighting(seen, fallen, confidence, size_rule), places, bool(said & set(places))
-            )
+            by_hand = bool(said & set(places))
+            confidence = 1.0 if by_hand else _confidence(here, shown, certainties)
+            sighting = _sighting(seen, fallen, confidence, size_rule)
+            tracked[visit.day] = TrackedVisit(sighting, places, by_hand)
         elif k in fate:
             tracked[visit.day] = TrackedVisit(Sighting(fate[k]), ())
     return Track(number, tracked)

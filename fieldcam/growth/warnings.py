@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from statistics import mean
 
-from fieldcam.growth.following import MOST_MM_PER_DAY, growth_between
+from fieldcam.growth.doubts import MOST_MM_PER_DAY, SURE, Doubt
 from fieldcam.growth.forecast import Forecast, FruitletForecast, State
 from fieldcam.growth.records import FruitletRecord, Source
 from fieldcam.growth.reference import FASTEST
@@ -181,7 +181,7 @@ def _odd_reference(found: Forecast) -> str | None:
 
 
 def _odd_growth(found: Forecast) -> str | None:
-    fast = [each.fruitlet for each in found.fruitlets if _too_fast(each, found)]
+    fast = [each.fruitlet for each in found.fruitlets if _too_fast(each)]
     shrunk = [
         each.fruitlet
         for each in found.fruitlets
@@ -199,9 +199,19 @@ def _odd_growth(found: Forecast) -> str | None:
     return " ".join(sentences) or None
 
 
-def _too_fast(each: FruitletForecast, found: Forecast) -> bool:
-    growth = growth_between(each.fruitlet, found.start, found.end)
-    return each.state is State.IGNORED and growth is not None and growth.impossible
+def _too_fast(each: FruitletForecast) -> bool:
+    return each.state is State.IGNORED and Doubt.GROWTH in each.doubts
+
+
+def _doubtful_matches(found: Forecast) -> str | None:
+    doubtful = [each.fruitlet for each in found.fruitlets if Doubt.MATCH in each.doubts]
+    if not doubtful:
+        return None
+    return (
+        f"The match of {number_of(len(doubtful), 'fruitlet')} is less than {SURE * 100:.0f} % sure:"
+        f" {named(list(map(_name, doubtful)))}. The reference is made without them; look at them on"
+        " Two days."
+    )
 
 
 def _name(fruitlet: FruitletRecord) -> str:
@@ -264,6 +274,7 @@ _CHECKS: dict[str, Check] = {
     "no_first_size": _no_first_size,
     "odd_reference": _odd_reference,
     "odd_growth": _odd_growth,
+    "doubtful_matches": _doubtful_matches,
     "mixed_up_clusters": mixed_up_clusters,
     "emptied_clusters": emptied_clusters,
     "other_clusters": other_clusters,

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import date
 
 from fieldcam.growth.crop import Verdict
+from fieldcam.growth.doubts import SURE, Doubt, doubts_told
 from fieldcam.growth.forecast import Forecast, FruitletForecast, State
 from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.outlook import Outlook
@@ -193,7 +194,11 @@ def _cluster_row(
 def _fruitlet(each: FruitletForecast, found: Forecast) -> str:
     sizes = (_size(each, visit.days) for visit in (found.start, found.end))
     grown = " \N{RIGHTWARDS ARROW} ".join(sizes)
-    return f"{each.fruitlet.fruitlet}: {grown} {STATES[each.state]}"
+    days = [*found.start.days, *found.end.days]
+    doubts = "; ".join(doubts_told(each.fruitlet, days)) if each.doubts else ""
+    return f"{each.fruitlet.fruitlet}: {grown} {STATES[each.state]}" + (
+        f" (doubtful: {doubts})" if doubts else ""
+    )
 
 
 def _lines(lines: Iterable[str]) -> Html:
@@ -223,6 +228,8 @@ def _method(found: Forecast) -> Iterator[str]:
         "The interval of the tagged clusters is what measuring errors leave open; that of all"
         " trees also holds the chance of which clusters were tagged."
     )
+    if any(Doubt.MATCH in each.doubts for each in found.fruitlets):
+        yield f"Matches that are less than {SURE * 100:.0f} % sure are no part of the reference."
     measured, used = found.reference.measured_mm_per_day, found.reference.rate_mm_per_day
     if measured != used:
         yield (

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 
+from fieldcam.growth.doubts import SURE
 from fieldcam.growth.places import Place, Track, TrackedVisit, Word
 from fieldcam.growth.records import Presence
 from fieldcam.session.state import Shown
@@ -13,8 +14,6 @@ from fieldcam.store.fruit_rows import AssociationWord
 from fieldcam.store.rows import EntryId
 from fieldcam.words import letter_of
 
-SURE = 0.9
-"""Matches below this confidence are marked as doubtful."""
 Pair = tuple[Shown, Shown]
 """The earlier picture and the later one."""
 IN_ANOTHER = "in another picture"
