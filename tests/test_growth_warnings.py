@@ -71,7 +71,7 @@ def test_more_than_a_tenth_not_seen(hidden: int, said: bool) -> None:
 
 @pytest.mark.parametrize(
     ("end_mm", "said"),
-    [(6.9, "counted as abscising"), (7.1, ""), (20.9, ""), (21.1, "left out"), (95.0, "left out")],
+    [(6.9, "counted as falling"), (7.1, ""), (20.9, ""), (21.1, "left out"), (95.0, "left out")],
 )
 def test_growth_that_no_fruitlet_has(end_mm: float, said: str) -> None:
     told = told_of([*many_clusters(), made_fruitlet(1, "odd", {0: 8.0, 4: 11.0, 8: end_mm})])
@@ -83,7 +83,7 @@ def test_each_growth_that_no_fruitlet_has_is_named_with_its_own() -> None:
     odd = [made_fruitlet(1, str(mm), {0: 8.0, 4: 11.0, 8: mm}) for mm in (6.0, 95.0)]
     first, second = told_of([*many_clusters(), *odd])["odd_growth"].split(" 1 fruitlet ")
     assert "left out" in first and "fruitlet 95.0" in first
-    assert "abscising" in second and "fruitlet 6.0" in second
+    assert "falling" in second and "fruitlet 6.0" in second
 
 
 def test_a_visit_with_half_the_clusters_is_said() -> None:

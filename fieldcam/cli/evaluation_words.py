@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fieldcam.cli.console import table
+from fieldcam.growth.agreement import ENOUGH
 from fieldcam.growth.evaluation.evaluating import Evaluation, ReadingsScore, aapd
 from fieldcam.growth.evaluation.sizing import SizingScore, only_by_calipers, only_by_camera
 from fieldcam.words import number_of
@@ -13,7 +14,14 @@ from fieldcam.words import number_of
 def evaluation_lines(found: Evaluation) -> Iterator[str]:
     yield f"Block {found.block}: camera against calipers."
     for readings in found.readings:
-        yield from ("", *_size_lines(readings), "", *_forecast_lines(found, readings), "")
+        yield from (
+            "",
+            *_size_lines(readings),
+            *_few_lines(readings),
+            "",
+            *_forecast_lines(found, readings),
+            "",
+        )
         yield from _missing_lines(readings)
     for what, seconds in found.seconds.items():
         faster = seconds.times_faster
@@ -51,10 +59,16 @@ def _size_row(visit: str, score: SizingScore) -> tuple[str, ...]:
     )
 
 
+def _few_lines(readings: ReadingsScore) -> Iterator[str]:
+    agreed = readings.all_days.agreement
+    if agreed is not None and agreed.limits_mm is None:
+        yield f"95 % limits are given from {ENOUGH} sizes on."
+
+
 def _forecast_lines(found: Evaluation, readings: ReadingsScore) -> list[str]:
     truth_pct, known_pct = found.persist_pct, readings.known_persist_pct
     rows = [
-        ("followed by", "persist %", "abscise %", "AAPD", "precision %", "recall %"),
+        ("followed by", "stay %", "fall %", "AAPD", "precision %", "recall %"),
         ("calipers", *_forecast(truth_pct), "", "", ""),
         ("names", *_forecast(known_pct), _number(aapd(known_pct, truth_pct), 1), "", ""),
     ]

@@ -18,7 +18,7 @@ def growth_lines(growth: Outlook, notes: Sequence[str]) -> Iterator[str]:
     found = growth.found
     yield (
         f"Block {found.block.name}, {found.start} to {found.end}:"
-        f" {found.set_pct:.1f} % of the initial fruitlets will persist"
+        f" {found.set_pct:.1f} % of the initial fruitlets will stay"
         f" ({_span(found.interval90_pct)} %)."
     )
     if growth.crop is not None:
@@ -29,7 +29,7 @@ def growth_lines(growth: Outlook, notes: Sequence[str]) -> Iterator[str]:
     yield from _trend_lines(growth.trend)
     yield from ("", "Clusters, those that count most first:")
     yield from table(
-        [("tag", "tree", "first", "persist", "abscise", "fallen", "not seen", "influence")]
+        [("tag", "tree", "first", "stay", "fall", "fallen", "not seen", "influence")]
         + [_cluster_row(each) for each in growth.clusters],
         "><>>>>>>",
     )
@@ -55,14 +55,14 @@ def _number_lines(growth: Outlook) -> Iterator[str]:
         yield f"The second visit was {since} after the last spray."
     yield ""
     yield (
-        f"Of {number_of(counts.initial, 'fruitlet')} on the first visit: {counts.persist} to"
-        f" persist, {counts.abscise} to abscise ({counts.fallen} of them fallen), {counts.not_seen}"
+        f"Of {number_of(counts.initial, 'fruitlet')} on the first visit: {counts.persist} will"
+        f" stay, {counts.abscise} fall ({counts.fallen} of them fallen), {counts.not_seen}"
         f" left out without a size on both visits{_ignored(found)}."
     )
     yield (
         f"Over {found.days:g} days the fastest ({reference.n}) grew"
         f" {reference.rate_mm_per_day:.2f} mm/day ({reference.measured_mm_per_day:.2f} as"
-        f" measured); what grew more than {reference.cutoff_mm_per_day:.2f} persists."
+        f" measured); what grew more than {reference.cutoff_mm_per_day:.2f} stays."
     )
 
 

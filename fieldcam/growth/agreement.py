@@ -25,8 +25,11 @@ class Agreement:
 
     @property
     def limits_mm(self) -> tuple[float, float] | None:
-        """Between these lie 95 % of the differences, as far as they are normal."""
-        if self.sd_mm is None:
+        """Between these lie 95 % of the differences, as far as they are normal.
+
+        None where fewer than ENOUGH were measured both ways.
+        """
+        if self.sd_mm is None or self.n < ENOUGH:
             return None
         return self.bias_mm - NORMAL95 * self.sd_mm, self.bias_mm + NORMAL95 * self.sd_mm
 

@@ -192,7 +192,7 @@ def _odd_growth(found: Forecast) -> str | None:
         f" {counted}: {named(list(map(_name, odd)))}."
         for odd, limit, counted in (
             (fast, f"more than {MOST_MM_PER_DAY}", "left out, since a size must be wrong"),
-            (shrunk, f"less than {LEAST_MM_PER_DAY:.0f}", "counted as abscising"),
+            (shrunk, f"less than {LEAST_MM_PER_DAY:.0f}", "counted as falling"),
         )
         if odd
     ]
@@ -255,7 +255,7 @@ def _apart(found: Forecast, other: Forecast) -> str | None:
     if apart <= MOST_APART_POINTS:
         return None
     return (
-        f"Matched by size order alone, {other.set_pct:.1f} % would persist,"
+        f"Matched by size order alone, {other.set_pct:.1f} % would stay,"
         f" {apart:.1f} points away: look at how the fruitlets were matched."
     )
 

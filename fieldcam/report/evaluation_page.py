@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from datetime import date
 from itertools import groupby
 
+from fieldcam.growth.agreement import ENOUGH
 from fieldcam.growth.evaluation.evaluating import (
     CALIPERS_S,
     Evaluation,
@@ -52,7 +53,9 @@ METHOD = (
     " share of the matches made that are right. Recall: share of the possible ones that were made.",
     "Known association: fruitlets followed by name, and what no picture shows has fallen where"
     " the calipers say so. End to end: from pictures alone.",
-    "AAPD: absolute difference of the predicted abscission from that by calipers, in points.",
+    "AAPD: absolute difference of the share that falls (abscission) from that by calipers, in"
+    " points.",
+    f"Limits that hold 95 % are given from {ENOUGH} sizes on.",
 )
 
 
@@ -141,7 +144,7 @@ def _size_row(visit: str, score: SizingScore) -> list[str]:
 
 
 def _forecast_section(found: Sequence[Evaluation]) -> Html:
-    head = ["Fruitlets followed by", "Persist", "Abscise", "AAPD", "Precision", "Recall"]
+    head = ["Fruitlets followed by", "Stay", "Fall", "AAPD", "Precision", "Recall"]
     rows = [row for each in found for row in _forecast_rows(each)]
     return section(
         "Forecast and association",

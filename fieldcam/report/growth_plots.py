@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SIZE_IN = (7.2, 3.2)
+SIZE_IN = (5.4, 2.8)
 LEAST_TICK_SHARE = 0.1
 """Of a date axis, between two labels."""
 _BARS = {

@@ -5,11 +5,15 @@ from __future__ import annotations
 import html
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from importlib.resources import files
 
 STYLE = files("fieldcam.report") / "report.css"
 SIMULATED = "Simulated data"
 _ON_EVERY_SHEET = f'@page {{ @top-center {{ content: "{SIMULATED}"; }} }}\n'
+MOST_NARROW_COLUMNS = 3
+"""That fit on the screen of a phone."""
+_LONG = ('<div class="wide', "<ul")
 ALIGNMENTS = {"<": "", ">": ' class="number"'}
 
 
@@ -47,8 +51,12 @@ def element(name: str, text: str, kind: str = "") -> Html:
 
 
 def section(heading: str, *parts: str) -> Html:
-    inside = "\n".join(escaped(part) for part in parts if part)
-    return Html(f"<section>\n{element('h2', heading)}\n{inside}\n</section>")
+    """On paper the heading stays with what follows it: with all of it, unless it is a table."""
+    head, told = element("h2", heading), [escaped(part) for part in parts if part]
+    start, rest = ([], told) if told and told[0].startswith(_LONG) else (told[:1], told[1:])
+    kept = "\n".join([head, *start])
+    inside = "\n".join([f'<div class="start">\n{kept}\n</div>', *rest])
+    return Html(f"<section>\n{inside}\n</section>")
 
 
 def figure(picture: Html, caption: str) -> Html:
@@ -63,16 +71,25 @@ def listing(items: Iterable[str], kind: str = "") -> Html:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], alignment: str) -> Html:
-    """`alignment` holds one of < and > for each column; a row of one cell is a heading."""
-    columns = [ALIGNMENTS[side] for side in alignment]
-    titles = "".join(
-        f'<th scope="col"{of}>{escaped(cell)}</th>' for of, cell in zip(columns, head, strict=True)
-    )
+    """`alignment` holds one of < and > for each column; a row of one cell is a heading.
+
+    On a narrow screen a table of many columns becomes a list of each row's cells with their names.
+    """
+    columns = [_Column(name, ALIGNMENTS[side]) for name, side in zip(head, alignment, strict=True)]
+    titles = "".join(f'<th scope="col"{each.of}>{escaped(each.name)}</th>' for each in columns)
     body = "\n".join(_row(row, columns) for row in rows)
+    kind = "wide folding" if len(columns) > MOST_NARROW_COLUMNS else "wide"
     return Html(
-        f'<div class="wide"><table>\n<thead><tr>{titles}</tr></thead>\n'
+        f'<div class="{kind}"><table>\n<thead><tr>{titles}</tr></thead>\n'
         f"<tbody>\n{body}\n</tbody>\n</table></div>"
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    name: str
+    of: str
+    """Its class, as an attribute."""
 
 
 def picture(data: bytes, media_type: str, says: str) -> Html:
@@ -81,8 +98,11 @@ def picture(data: bytes, media_type: str, says: str) -> Html:
     return Html(f'<img alt="{escaped(says)}" src="data:{media_type};base64,{code}">')
 
 
-def _row(row: Sequence[str], columns: Sequence[str]) -> str:
+def _row(row: Sequence[str], columns: Sequence[_Column]) -> str:
     if len(row) == 1:
         return f'<tr><th scope="rowgroup" colspan="{len(columns)}">{escaped(row[0])}</th></tr>'
-    cells = (f"<td{of}>{escaped(cell)}</td>" for of, cell in zip(columns, row, strict=True))
+    cells = (
+        f'<td{each.of} data-name="{escaped(each.name)}">{escaped(cell)}</td>'
+        for each, cell in zip(columns, row, strict=True)
+    )
     return f"<tr>{''.join(cells)}</tr>"

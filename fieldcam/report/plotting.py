@@ -25,8 +25,8 @@ GOOD, BAD, QUIET = "#2e9e5b", "#c8503c", "#888888"
 INK = "#123456"
 """Stands for the page's own text colour, which follows light, dark and print."""
 INCH_PX = 72
-READABLE = 0.8
-"""Plots shrink to this scale on a narrow screen, and no further."""
+READABLE, LARGEST = 0.6, 1.4
+"""Scales to which plots shrink on the screen of a phone, and grow on a wide one."""
 _STYLE: dict[RcKeyType, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "fieldcam",
@@ -95,5 +95,5 @@ def _for_a_page(svg: str, size_in: tuple[float, float], says: str) -> Html:
     width, height = (round(INCH_PX * side, 2) for side in size_in)
     return Html(
         f'<svg role="img" aria-label="{escaped(says)}" viewBox="0 0 {width} {height}"'
-        f' style="width: {width}pt; min-width: {READABLE * width:.0f}pt" xmlns:xlink="http://www.w3.org/1999/xlink">\n{body}'
+        f' style="width: {LARGEST * width:.0f}pt; min-width: {READABLE * width:.0f}pt" xmlns:xlink="http://www.w3.org/1999/xlink">\n{body}'
     )

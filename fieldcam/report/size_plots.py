@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Sets = Mapping[str, Sequence[SizePair]]
 """Pairs of sizes by the name of what they are of: a block, or a set of a study."""
-PAGE_IN = 7.2
+PAGE_IN = 5.4
 """Width of a plot over the whole page."""
 LEAST_REACH_MM = 0.5
 """Differences are shown from so much below to so much above their middle, or more."""
@@ -85,15 +85,16 @@ def bland_altman(pairs: Sequence[SizePair]) -> Html:
             axes.plot(
                 (camera + calipers) / 2, camera - calipers, mark, ms=3.5, alpha=0.6, label=_day(day)
             )
-        low, high = found.limits_mm or (found.bias_mm, found.bias_mm)
-        for at, dash in ((found.bias_mm, "-"), (low, "--"), (high, "--")):
-            axes.axhline(at, color=QUIET, linestyle=dash, linewidth=1.2)
+        axes.axhline(found.bias_mm, color=QUIET, linewidth=1.2)
+        title = f"bias {_signed(found.bias_mm)}"
+        if found.limits_mm is not None:
+            low, high = found.limits_mm
+            title += f", 95 % from {_signed(low)} to {_signed(high)}"
+            for at in found.limits_mm:
+                axes.axhline(at, color=QUIET, linestyle="--", linewidth=1.2)
         middle, reach = np.mean(axes.get_ylim()), np.ptp(axes.get_ylim()) / 2
         axes.set_ylim(*(middle + max(float(reach), LEAST_REACH_MM) * np.array([-1, 1])))
-        axes.set_title(
-            f"bias {_signed(found.bias_mm)}, 95 % from {_signed(low)} to {_signed(high)}",
-            loc="right",
-        )
+        axes.set_title(title, loc="right")
         axes.set_xlabel("mean of camera and calipers (mm)")
         axes.set_ylabel("camera less calipers (mm)")
         figure.legend(loc="outside lower center", ncols=len(_MARKS))

@@ -40,7 +40,7 @@ def agreement_line(found: Agreement | None) -> str:
     if found is None:
         return ""
     told = f"Camera less caliper, {number_of(found.n, 'fruitlet')}: {found.bias_mm:+.2f} mm"
-    if found.n < ENOUGH or found.sd_mm is None or found.limits_mm is None:
+    if found.limits_mm is None:
         return f"{told}; measure {ENOUGH - found.n} more to judge by it"
     low, high = found.limits_mm
     return f"{told}, spread {found.sd_mm:.2f}, 95 % {low:+.2f} to {high:+.2f}"
