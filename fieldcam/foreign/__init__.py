@@ -1,0 +1,1 @@
+"""Files from elsewhere: what reading one may cost, and how that is kept."""
