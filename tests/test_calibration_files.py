@@ -101,15 +101,22 @@ def test_the_real_cameras_files_are_read(
         (with_projection(p0=0.0), "focal length"),
         (with_projection(p0=-1717.0, p5=-1717.0), "focal length"),
         (with_projection(p5=1800.0), "two focal lengths"),
-        (with_projection(p3=-FOCAL * 59.9), "Is T in millimetres?"),
+        (with_projection(p3=-FOCAL * 59.9), "`units: cm` or `units: mm`"),
+        (with_projection(p3=-FOCAL * 400), "needs the line `units: mm`"),
+        (with_projection(p3=-FOCAL * 5000), "It is no such distance in m, cm or mm."),
         (with_projection(p3=-FOCAL * 0.005), "outside 10 to 1000 mm"),
-        (changed(units="mm"), "Is T in metres?"),
+        (changed(units="mm"), "needs the line `units: m`"),
+        (changed(units=["mm"]), "a list under units"),
+        (changed(units="-3 mm"), "units as '-3 mm'"),
         (changed(units="furlongs"), "units"),
         (changed(width=0), "image size"),
         (changed(height=-1080), "image size"),
         (changed(P=PROJECTION[:11]), "12 are needed"),
         (changed(P="eleven"), "finite"),
-        ({k: v for k, v in LAYOUT_A.items() if k != "P"}, "no entry P"),
+        (
+            {k: v for k, v in LAYOUT_A.items() if k != "P"},
+            "one lens and not where the other eye is",
+        ),
         ({k: v for k, v in LAYOUT_A.items() if k != "width"}, "image size"),
         ({"M1": 1, "M2": 2}, "--rectify"),
     ],
@@ -127,9 +134,9 @@ def test_an_impossible_rectified_camera_is_refused(
     [
         (b"", "is empty"),
         (b"\n \n", "is empty"),
-        (b"\x89PNG\r\n\x1a\n\xff\xfe", "is no text file"),
+        (b"\x89PNG\r\n\x1a\n\xff\xfe", "is a picture"),
         (b"P: [1, 2", "is no YAML file"),
-        (b"{a: " * 2000, "is no YAML file"),
+        (b"{a: " * 2000, "nests its entries too deep"),
         (b"just words", "is no calibration file"),
         (b"<?xml version='1.0'?><opencv_storage/>", "is XML"),
         (b"a: " + b"x" * 2_000_000, "too large"),
@@ -197,7 +204,8 @@ def test_opencvs_folder_needs_the_image_size_from_the_caller(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("version", ["%YAML:1.0", "%YAML 1.0"])
 @pytest.mark.parametrize(
-    "names", ["M1 D1 M2 D2", "cameraMatrix1 distCoeffs1 cameraMatrix2 distCoeffs2"]
+    "names",
+    ["M1 D1 M2 D2", "K1 D1 K2 D2", "cameraMatrix1 distCoeffs1 cameraMatrix2 distCoeffs2"],
 )
 def test_one_opencv_file_without_rectification_is_completed(
     tmp_path: Path, names: str, version: str
@@ -217,7 +225,13 @@ def test_one_opencv_file_without_rectification_is_completed(
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"T": np.array([-60.0, 0.5, 0.2])}, "Is T in millimetres?"),
+        ({"T": np.array([-60.0, 0.5, 0.2])}, "`units: cm` or `units: mm`"),
+        ({"T": np.array([-3.34, 0.05, 0.0])}, "counts squares of the calibration board"),
+        ({"T": np.array([-3.34, 0.05, 0.0]), "units": "mm"}, "counts squares of the calibration"),
+        ({"camera_model": "fisheye"}, "fisheye lens (camera_model: fisheye)"),
+        ({"fisheye_model": 1}, "fisheye lens (fisheye_model)"),
+        ({"D1": np.array([0.1, 0.02, 0.0, 0.0])}, "four distortion coefficients"),
+        ({"camera_model": "mei"}, "a lens that is not known (camera_model: mei)"),
         ({"T": np.array([0.06, 0.0, 0.0])}, "swapped"),
         ({"T": np.array([0.0, -0.06, 0.0])}, "one eye above the other"),
         ({"T": np.array([-0.06, 0.0])}, "3 are needed"),
@@ -245,6 +259,15 @@ def test_units_in_the_file_are_believed(tmp_path: Path) -> None:
         del extrinsics[name]
     extrinsics["T"] = np.array([-60.0, 0.5, 0.2])
     path = write_opencv(tmp_path / "s.yml", {**intrinsics, **extrinsics, "units": "mm"})
+    assert load_stereo_rig(path, (1440, 1080)).rectified.baseline_mm == pytest.approx(60, abs=0.01)
+
+
+def test_lengths_in_board_squares_are_read_where_a_square_is_known(tmp_path: Path) -> None:
+    intrinsics, extrinsics = opencv_parts()
+    for name in ("R1", "R2", "P1", "P2", "Q"):
+        del extrinsics[name]
+    extrinsics["T"] = np.array([-2.4, 0.0, 0.0])
+    path = write_opencv(tmp_path / "s.yml", {**intrinsics, **extrinsics, "units": "25 mm"})
     assert load_stereo_rig(path, (1440, 1080)).rectified.baseline_mm == pytest.approx(60, abs=0.01)
 
 

@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from recorded_pairs import write_calibration
 from rendered_boards import Head, random_head
 
-from fieldcam.calibration.documents import read_document
 from fieldcam.calibration.readers import load_camera, load_rectified, load_stereo_rig
 from fieldcam.calibration.rectifying import rectified_rig
 from fieldcam.calibration.rig import Eye, StereoRig
 from fieldcam.calibration.solving import Lens, RawStereo
+from fieldcam.calibration.sources import read_document
 from fieldcam.calibration.written import calibration_files
 from fieldcam.errors import StorageError
 from fieldcam.store.calibrations import calibration_in_use, next_calibration

@@ -1,26 +1,20 @@
-"""Calibration files as plain mappings, whoever wrote them.
-
-ROS and OpenCV both write YAML that the other one's reader refuses: OpenCV's
-begins with `%YAML:1.0` (not YAML's own `%YAML 1.0`) and tags its matrices
-`!!opencv-matrix`. Here tags are ignored and every scalar stays a string, so one
-parser reads both and nothing in a file can run code or build odd objects.
-"""
+"""One calibration file's entries, by whichever of their names its program uses."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-import yaml
 
 from fieldcam.errors import CalibrationInvalid
 
-LARGEST_FILE_BYTES = 1_000_000
 LARGEST_SIDE_PX = 20_000
+NUMBER = re.compile(r"[0-9]{1,9}(?:\.[0-9]{1,9})?", re.ASCII)
 
 MILLIMETRES_PER_UNIT = {
     "m": 1000.0,
@@ -63,12 +57,27 @@ class Document:
                 return self.entries[name]
         raise self.refuse(f"has no entry {' or '.join(names)}.")
 
+    def part(self, name: str) -> Document:
+        """A mapping inside it, as a document of its own."""
+        entry = self.entry(name)
+        if not isinstance(entry, Mapping):
+            raise self.refuse(f"has an entry {name} that holds no named entries.")
+        return Document(self.path, entry)
+
+    def text(self, name: str) -> str:
+        """The text under `name`; empty where there is none."""
+        entry = self.entries.get(name, "")
+        if not isinstance(entry, str):
+            raise self.refuse(f"has a list under {name}, where a word is needed.")
+        return entry.strip()
+
     def numbers(self, *names: str) -> Array:
-        """(N,) float64: a list, a matrix flattened by rows, or one number; all finite."""
+        """(N,) float64: a list, a matrix or list of rows, row by row, or one number; all finite."""
         entry = self.entry(*names)
         if isinstance(entry, Mapping):
             entry = entry.get("data")
-        items = entry if isinstance(entry, list) else [entry]
+        rows = entry if isinstance(entry, list) else [entry]
+        items = [item for row in rows for item in (row if isinstance(row, list) else [row])]
         values = np.array([_number(item) for item in items], dtype=np.float64)
         if not np.isfinite(values).all():
             raise self.refuse(f"has an entry {names[0]} that is not made of finite numbers.")
@@ -96,20 +105,27 @@ class Document:
         for width, height in (("image_width", "image_height"), ("width", "height")):
             if self.has(width) and self.has(height):
                 return self._checked_size(self.numbers(width), self.numbers(height))
-        for name in ("image_size", "imageSize", "size"):
+        for name in ("image_size", "imageSize", "size", "resolution"):
             if self.has(name):
                 size = self.matrix((2,), name)
                 return self._checked_size(size[:1], size[1:])
         return None
 
     def millimetres_per_unit(self) -> float:
-        """What one unit of length in this file is; metres unless it says otherwise."""
-        if not self.has("units"):
-            return MILLIMETRES_PER_UNIT["m"]
-        unit = str(self.entry("units")).strip().lower()
-        if unit not in MILLIMETRES_PER_UNIT:
-            raise self.refuse(f"gives its units as {unit!r}.", "Write m, cm or mm.")
-        return MILLIMETRES_PER_UNIT[unit]
+        """What one unit of length in this file is; metres unless it says otherwise.
+
+        Where lengths are in squares of a board, it says how long one is: `units: 25 mm`.
+        """
+        said = self.text("units").lower()
+        count, _, unit = said.rpartition(" ")
+        length = float(count) if NUMBER.fullmatch(count) else 1.0 if not count else math.nan
+        known = MILLIMETRES_PER_UNIT.get(unit or "m", math.nan) * length
+        if not (math.isfinite(known) and known > 0):
+            raise self.refuse(
+                f"gives its units as {said[:40]!r}.",
+                "Write m, cm or mm, or how long one unit is, such as 25 mm.",
+            )
+        return known
 
     def serials(self) -> tuple[str, str] | None:
         """Of the left and the right eye, or None where the file does not say."""
@@ -123,42 +139,6 @@ class Document:
         if not all(0 < side <= LARGEST_SIDE_PX for side in size):
             raise self.refuse(f"gives an impossible image size of {size[0]} x {size[1]} pixels.")
         return size
-
-
-def read_document(path: Path) -> Document:
-    """Parses one calibration file."""
-    text = _read_text(path)
-    if text.lstrip().startswith("<"):
-        raise CalibrationInvalid(f"{path} is XML.", "Save the calibration as .yml.")
-    if text.startswith("%YAML"):
-        text = text.partition("\n")[2]
-    try:
-        parsed = yaml.load(text, Loader=yaml.BaseLoader)
-    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        raise CalibrationInvalid(f"{path} is no YAML file.") from error
-    if not isinstance(parsed, dict):
-        raise CalibrationInvalid(f"{path} is no calibration file.")
-    return Document(path, {str(name): entry for name, entry in parsed.items()})
-
-
-def _read_text(path: Path) -> str:
-    if path.is_dir():
-        raise CalibrationInvalid(f"{path} is a folder, not a calibration file.")
-    try:
-        with path.open("rb") as file:
-            data = file.read(LARGEST_FILE_BYTES + 1)
-    except FileNotFoundError as error:
-        raise CalibrationInvalid(f"There is no calibration file {path}.") from error
-    except (OSError, ValueError) as error:
-        raise CalibrationInvalid(f"{path} cannot be read: {error}.") from error
-    if not data.strip():
-        raise CalibrationInvalid(f"{path} is empty.")
-    if len(data) > LARGEST_FILE_BYTES:
-        raise CalibrationInvalid(f"{path} is too large for a calibration file.")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise CalibrationInvalid(f"{path} is no text file.") from error
 
 
 def _number(item: object) -> float:

@@ -1,9 +1,8 @@
-"""Reads every calibration file that fieldcam accepts.
+"""The camera that a calibration describes: a rectified one, or both raw eyes.
 
-A ROS CameraInfo dump of the right eye describes a pair that is already
-rectified (`load_rectified`); a folder with both eyes' dumps, or what OpenCV's
-stereo calibration sample writes, describes a raw pair (`load_stereo_rig`);
-`load_camera` takes either.
+A CameraInfo of the right eye describes a pair that is already rectified
+(`load_rectified`); both eyes' CameraInfo, or what OpenCV's programs and Kalibr write,
+describe a raw pair (`load_stereo_rig`); `load_camera` takes either.
 """
 
 from __future__ import annotations
@@ -13,7 +12,15 @@ from pathlib import Path
 
 import numpy as np
 
-from fieldcam.calibration.documents import Array, Document, read_document
+from fieldcam.calibration.camera_info import (
+    PROJECTION,
+    Window,
+    projection,
+    raw_eye,
+    window,
+)
+from fieldcam.calibration.documents import Array, Document
+from fieldcam.calibration.lens_models import check_lens
 from fieldcam.calibration.rig import (
     Eye,
     StereoRig,
@@ -23,71 +30,105 @@ from fieldcam.calibration.rig import (
     projection_baseline_mm,
     projection_focal_px,
 )
+from fieldcam.calibration.sources import (
+    EXTRINSICS,
+    INTRINSICS,
+    LEFT,
+    RIGHT,
+    Documents,
+    open_documents,
+)
 from fieldcam.errors import CalibrationInvalid
 from fieldcam.values import Calibration
 
-PROJECTION = ("P", "projection_matrix")
-CAMERA_MATRIX = ("K", "camera_matrix")
-DISTORTION = ("D", "distortion_coefficients")
-RECTIFICATION = ("R", "rectification_matrix")
-
-SUFFIXES = (".yml", ".yaml")
+MATRICES = ("M{}", "K{}", "cameraMatrix{}", "CM{}")
+COEFFICIENTS = ("D{}", "distCoeffs{}", "dist{}")
+"""What programs call those of eye 1 and eye 2."""
 
 
 def load_rectified(path: Path) -> Calibration:
-    """The rectified camera that the right eye's CameraInfo dump describes.
+    """The rectified camera that the right eye's CameraInfo describes.
 
     Its D and K are history and not applied.
     """
-    document = read_document(path)
-    if not document.has(*PROJECTION) and _is_opencv_rig(document):
-        raise document.refuse(
-            "describes a camera whose images are still raw.", "Add --rectify to rectify them."
+    if path.is_dir():
+        raise CalibrationInvalid(
+            f"{path} is a folder, not a calibration file.",
+            "Give the right eye's file, or add --rectify where the images are still raw.",
         )
-    projection = document.matrix((3, 4), *PROJECTION)
-    focal_px = projection_focal_px(document, projection, "P")
-    width_px, height_px = _known_size(document, None)
+    document = _rectified(path, open_documents(path))
+    if not document.has(*PROJECTION):
+        raise _without_projection(document)
+    seen = window(document, _known_size(document, None))
+    matrix = projection(document, seen)
+    width_px, height_px = seen.size_px
     return Calibration(
         width_px=width_px,
         height_px=height_px,
-        focal_px=focal_px,
-        cx_px=float(projection[0, 2]),
-        cy_px=float(projection[1, 2]),
-        baseline_mm=projection_baseline_mm(document, projection, "P"),
+        focal_px=projection_focal_px(document, matrix, "P"),
+        cx_px=float(matrix[0, 2]),
+        cy_px=float(matrix[1, 2]),
+        baseline_mm=projection_baseline_mm(document, matrix, "P"),
     )
 
 
 def load_stereo_rig(path: Path, size_px: tuple[int, int] | None = None) -> StereoRig:
-    """The raw stereo camera in a folder or file.
+    """The raw stereo camera in a folder, an archive or a file.
 
     `size_px` (width, height) stands in where the file does not give the image
-    size, as those of OpenCV's sample don't.
+    size, as those of OpenCV's programs don't.
     """
-    if not path.is_dir():
-        return _opencv_rig(read_document(path), size_px)
-    intrinsics, extrinsics = _member(path, "intrinsics"), _member(path, "extrinsics")
-    if intrinsics and extrinsics:
-        lenses, pose = read_document(intrinsics), read_document(extrinsics)
+    documents = open_documents(path)
+    if INTRINSICS in documents and EXTRINSICS in documents:
+        lenses, pose = documents[INTRINSICS], documents[EXTRINSICS]
         return _opencv_rig(Document(pose.path, {**lenses.entries, **pose.entries}), size_px)
-    left, right = _member(path, "left"), _member(path, "right")
-    if left and right:
-        return _camera_info_rig(read_document(left), read_document(right), size_px)
-    raise CalibrationInvalid(
-        f"The folder {path} holds no stereo calibration.",
-        "It needs left.yml and right.yml, or intrinsics.yml and extrinsics.yml.",
-    )
+    if LEFT in documents and RIGHT in documents:
+        return _camera_info_rig(documents[LEFT], documents[RIGHT], size_px)
+    whole = next((each for each in documents.values() if _is_opencv_rig(each)), None)
+    if whole is None and len(documents) == 1 and not path.is_dir():
+        (whole,) = documents.values()
+    if whole is None:
+        raise CalibrationInvalid(
+            f"{path} holds no stereo calibration.",
+            "It needs left.yml and right.yml, or intrinsics.yml and extrinsics.yml.",
+        )
+    return _opencv_rig(whole, size_px)
 
 
 def load_camera(path: Path, size_px: tuple[int, int] | None = None) -> Calibration | StereoRig:
     """Whichever camera a file or folder describes: a rectified one, or both raw eyes."""
-    if path.is_dir() or _is_opencv_rig(document := read_document(path)):
-        return load_stereo_rig(path, size_px)
-    return load_rectified(document.path)
+    documents = open_documents(path)
+    one_eye = len(documents) == 1 and not any(map(_is_opencv_rig, documents.values()))
+    return load_rectified(path) if one_eye and not path.is_dir() else load_stereo_rig(path, size_px)
 
 
-def _member(folder: Path, stem: str) -> Path | None:
-    candidates = (folder / f"{stem}{suffix}" for suffix in SUFFIXES)
-    return next((path for path in candidates if path.is_file()), None)
+def _rectified(path: Path, documents: Documents) -> Document:
+    """The right eye's, where there are several."""
+    if RIGHT in documents:
+        return documents[RIGHT]
+    found = [each for each in documents.values() if each.has(*PROJECTION)]
+    if found or documents:
+        return (found or list(documents.values()))[0]
+    raise CalibrationInvalid(
+        f"{path} holds no calibration.", "It needs right.yaml, or ost.txt of the right eye."
+    )
+
+
+def _without_projection(document: Document) -> CalibrationInvalid:
+    if _is_opencv_rig(document):
+        return document.refuse(
+            "describes a camera whose images are still raw.", "Add --rectify to rectify them."
+        )
+    if _lens_alone(document):
+        return document.refuse(
+            "describes one lens and not where the other eye is.",
+            "Calibrate both eyes together: `fieldcam calibrate` does it from pictures of a board.",
+        )
+    return document.refuse("has no entry P or projection_matrix.")
+
+
+def _lens_alone(document: Document) -> bool:
+    return document.has("camera_matrix", "K", "k", "cameraMatrix", "intrinsics", "mtx")
 
 
 def _known_size(document: Document, fallback: tuple[int, int] | None) -> tuple[int, int]:
@@ -100,28 +141,24 @@ def _known_size(document: Document, fallback: tuple[int, int] | None) -> tuple[i
 
 
 def _camera_info_rig(left: Document, right: Document, size_px: tuple[int, int] | None) -> StereoRig:
-    size = _known_size(left, size_px)
-    if _known_size(right, size_px) != size:
+    windows = [window(eye, _known_size(eye, size_px)) for eye in (left, right)]
+    sizes_px = {seen.size_px for seen in windows}
+    if len(sizes_px) > 1:
         raise right.refuse(f"and {left.path.name} give different image sizes.")
-    projections = left.matrix((3, 4), *PROJECTION), right.matrix((3, 4), *PROJECTION)
-    return assemble_rig(right, _camera_info_eye(left), _camera_info_eye(right), projections, size)
+    (left_eye, of_left), (right_eye, of_right) = map(_eye_of, (left, right), windows)
+    return assemble_rig(right, left_eye, right_eye, (of_left, of_right), sizes_px.pop())
 
 
-def _camera_info_eye(document: Document) -> Eye:
-    model = document.entries.get("distortion_model", "plumb_bob")
-    if model not in ("plumb_bob", "rational_polynomial"):
-        raise document.refuse(f"uses the distortion model {model!r}, which is not supported.")
-    eye = Eye(
-        camera_matrix=document.matrix((3, 3), *CAMERA_MATRIX),
-        distortion=document.numbers(*DISTORTION),
-        rotation=document.rotation(*RECTIFICATION),
-        projection=np.eye(3),
-    )
-    return checked_eye(document, eye, "K")
+def _eye_of(document: Document, seen: Window) -> tuple[Eye, Array]:
+    return raw_eye(document, seen), projection(document, seen)
 
 
 def _is_opencv_rig(document: Document) -> bool:
-    return document.has("M1", "cameraMatrix1") and document.has("M2", "cameraMatrix2")
+    return all(document.has(*_numbered(MATRICES, eye)) for eye in "12")
+
+
+def _numbered(names: tuple[str, ...], eye: str) -> tuple[str, ...]:
+    return tuple(name.format(eye) for name in names)
 
 
 def _opencv_rig(document: Document, size_px: tuple[int, int] | None) -> StereoRig:
@@ -144,23 +181,24 @@ def _opencv_rig(document: Document, size_px: tuple[int, int] | None) -> StereoRi
 
 
 def _opencv_eye(document: Document, number: str) -> Eye:
-    matrix_name = f"M{number}"
+    names = _numbered(MATRICES, number)
+    distortion = document.numbers(*_numbered(COEFFICIENTS, number))
+    check_lens(document, distortion)
     eye = Eye(
-        camera_matrix=document.matrix((3, 3), matrix_name, f"cameraMatrix{number}"),
-        distortion=document.numbers(f"D{number}", f"distCoeffs{number}"),
+        camera_matrix=document.matrix((3, 3), *names),
+        distortion=distortion,
         rotation=np.eye(3),
         projection=np.eye(3),
     )
-    return checked_eye(document, eye, matrix_name)
+    return checked_eye(document, eye, names[0])
 
 
 def _check_translation(document: Document, translation: Array) -> None:
     """T carries a point from the left eye's frame to the right's: its x is -b."""
     if abs(translation[0]) < abs(translation[1]):
         raise document.refuse("describes a pair with one eye above the other.")
-    unit_mm = document.millimetres_per_unit()
-    length_mm = float(np.linalg.norm(translation)) * unit_mm
-    check_baseline(document.path, -float(np.copysign(length_mm, translation[0])), unit_mm)
+    length = float(np.copysign(np.linalg.norm(translation), translation[0]))
+    check_baseline(document, -length)
 
 
 def _rectify(

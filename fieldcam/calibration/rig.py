@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from fieldcam.calibration.documents import Array, Document
-from fieldcam.errors import CalibrationInvalid
+from fieldcam.calibration.documents import MILLIMETRES_PER_UNIT, Array, Document
 from fieldcam.values import Calibration
 
 BASELINE_RANGE_MM = (10.0, 1000.0)
 """Outside it the file's unit of length is surely not what it is taken for."""
+
+FEW_SQUARES = 10.0
+"""A baseline is a few squares of a board long, and more than so many mm."""
 
 FOCAL_TOLERANCE = 1e-4
 """Relative; rectified focal lengths that differ by more are different ones."""
@@ -73,32 +74,47 @@ def projection_baseline_mm(document: Document, projection: Array, name: str) -> 
             f"has no baseline: the fourth number of its {name} is 0.",
             "This is the left camera's file; give the right camera's.",
         )
-    unit_mm = document.millimetres_per_unit()
-    baseline_mm = float(-projection[0, 3] / projection[0, 0]) * unit_mm
-    check_baseline(document.path, baseline_mm, unit_mm)
-    return baseline_mm
+    return check_baseline(document, float(-projection[0, 3] / projection[0, 0]))
 
 
-def check_baseline(path: Path, baseline_mm: float, unit_mm: float) -> None:
-    """Refuses a distance between the eyes that no such camera has."""
+def check_baseline(document: Document, length: float) -> float:
+    """The distance between the eyes in mm, from what the file gives in its own unit.
+
+    Refuses one that no such camera has.
+    """
+    baseline_mm = length * document.millimetres_per_unit()
     if baseline_mm < 0:
-        raise CalibrationInvalid(
-            f"{path} puts the right eye {-baseline_mm:g} mm to the left of the left one.",
+        raise document.refuse(
+            f"puts the right eye {-baseline_mm:g} mm to the left of the left one.",
             "Are the two eyes swapped?",
         )
     shortest, longest = BASELINE_RANGE_MM
     if shortest <= baseline_mm <= longest:
-        return
-    question = (
-        "Is T in millimetres? Then add the line `units: mm` to the file."
-        if unit_mm != 1.0
-        else "Is T in metres? Then remove the line `units: mm` from the file."
-    )
-    raise CalibrationInvalid(
-        f"{path} gives a distance of {baseline_mm:g} mm between the eyes,"
+        return baseline_mm
+    raise document.refuse(
+        f"gives a distance of {baseline_mm:g} mm between the eyes,"
         f" outside {shortest:g} to {longest:g} mm.",
-        question,
+        _which_unit(length),
     )
+
+
+def _which_unit(length: float) -> str:
+    """What the number could mean, since the file's word for it cannot be right."""
+    shortest, longest = BASELINE_RANGE_MM
+    fitting = [
+        unit
+        for unit in ("m", "cm", "mm")
+        if shortest <= length * MILLIMETRES_PER_UNIT[unit] <= longest
+    ]
+    squares = (
+        f"If {length:.4g} counts squares of the calibration board, say how long one is, as in"
+        " `units: 25 mm`."
+    )
+    if not fitting:
+        return f"It is no such distance in m, cm or mm. {squares}"
+    lines = " or ".join(f"`units: {unit}`" for unit in fitting)
+    named = f"If its lengths are in {' or '.join(fitting)}, the file needs the line {lines}."
+    return f"{squares} {named}" if length < FEW_SQUARES else f"{named} {squares}"
 
 
 def checked_eye(document: Document, eye: Eye, name: str) -> Eye:

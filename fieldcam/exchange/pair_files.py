@@ -7,9 +7,11 @@ from functools import lru_cache
 from pathlib import Path
 
 from fieldcam.calibration.readers import load_camera
-from fieldcam.errors import BadInput, CalibrationInvalid, PairMismatch
+from fieldcam.errors import BadInput, PairMismatch
 from fieldcam.exchange.capture_folder import CaptureFile
 from fieldcam.exchange.image_files import ImageFile, check_same_size, check_size, read_image_file
+from fieldcam.foreign.bounds import CALIBRATION
+from fieldcam.foreign.files import read_foreign
 from fieldcam.values import Calibration, PixelFormat
 
 
@@ -43,7 +45,4 @@ def _checked_calibration(path: Path, size_px: tuple[int, int]) -> bytes:
     """Its content, if it describes a camera that gives images of this size."""
     found = load_camera(path, size_px)
     check_size(found if isinstance(found, Calibration) else found.rectified, size_px)
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise CalibrationInvalid(f"{path} cannot be read: {error.strerror}.") from error
+    return read_foreign(path, CALIBRATION)

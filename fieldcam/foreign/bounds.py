@@ -34,6 +34,8 @@ class Bound:
 
 
 CALIBRATION = Bound("calibration file", MIB, CalibrationInvalid)
+TARBALL = Bound("calibration file", 512 * MIB, CalibrationInvalid)
+"""With the pictures that it was made from."""
 HEAD = Bound("file about a head", MIB)
 CAMERA_SETTINGS = Bound("file of camera settings", MIB, CameraSettingsInvalid)
 FEATURES = Bound("feature file", 16 * MIB, FeatureFileInvalid)

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fieldcam.calibration.documents import read_document
 from fieldcam.calibration.readers import load_camera
+from fieldcam.calibration.sources import read_document
 from fieldcam.errors import CalibrationInvalid, FieldcamError, StorageError
 from fieldcam.store.calibrations import calibration_in_use
 from fieldcam.store.captures import SavedCapture

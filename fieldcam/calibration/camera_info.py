@@ -1,0 +1,93 @@
+"""ROS's CameraInfo: one eye of a camera, as its pictures are now.
+
+K and P are of the whole sensor; a picture that the camera bins, or cuts out (`roi`), has
+other ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fieldcam.calibration.documents import Array, Document
+from fieldcam.calibration.lens_models import check_lens
+from fieldcam.calibration.rig import Eye, checked_eye
+
+PROJECTION = ("P", "p", "projection_matrix")
+CAMERA_MATRIX = ("K", "k", "camera_matrix")
+DISTORTION = ("D", "d", "distortion_coefficients", "distCoeffs", "dist_coeffs")
+RECTIFICATION = ("R", "r", "rectification_matrix")
+MOST_BINNED = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """What of the sensor a picture shows, and how coarsely."""
+
+    x_px: int
+    y_px: int
+    width_px: int
+    height_px: int
+    """Of the sensor's pixels."""
+    binning_x: int
+    binning_y: int
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height of the pictures."""
+        return self.width_px // self.binning_x, self.height_px // self.binning_y
+
+    def applied(self, matrix: Array) -> Array:
+        """A camera or projection matrix of the whole sensor as one of these pictures."""
+        moved, finer = np.eye(3), (0.5 * (1 / np.array([self.binning_x, self.binning_y]) - 1))
+        moved[0] = 1 / self.binning_x, 0, finer[0] - self.x_px / self.binning_x
+        moved[1] = 0, 1 / self.binning_y, finer[1] - self.y_px / self.binning_y
+        return moved @ matrix
+
+
+def window(document: Document, size_px: tuple[int, int]) -> Window:
+    """Raises CalibrationInvalid where it lies beyond a sensor of this size, or is none."""
+    binning = [max(_whole(document, name), 1) for name in ("binning_x", "binning_y")]
+    if max(binning) > MOST_BINNED:
+        raise document.refuse(f"bins {binning[0]} x {binning[1]} pixels into one.")
+    x, y, width, height = 0, 0, *size_px
+    if document.has("roi"):
+        roi = document.part("roi")
+        x, y = _whole(roi, "x_offset"), _whole(roi, "y_offset")
+        width = _whole(roi, "width") or size_px[0] - x
+        height = _whole(roi, "height") or size_px[1] - y
+    if x + width > size_px[0] or y + height > size_px[1] or width <= 0 or height <= 0:
+        raise document.refuse(
+            f"cuts {width} x {height} pixels from ({x}, {y}) out of a picture of"
+            f" {size_px[0]} x {size_px[1]}."
+        )
+    return Window(x, y, width, height, *binning)
+
+
+def raw_eye(document: Document, seen: Window) -> Eye:
+    """The lens, as these pictures show it; its projection is still to be set."""
+    distortion = document.numbers(*DISTORTION)
+    check_lens(document, distortion)
+    eye = Eye(
+        camera_matrix=seen.applied(document.matrix((3, 3), *CAMERA_MATRIX)),
+        distortion=distortion,
+        rotation=document.rotation(*RECTIFICATION),
+        projection=np.eye(3),
+    )
+    return checked_eye(document, eye, "K")
+
+
+def projection(document: Document, seen: Window) -> Array:
+    """(3, 4), px: of these pictures, rectified."""
+    return seen.applied(document.matrix((3, 4), *PROJECTION))
+
+
+def _whole(document: Document, name: str) -> int:
+    """Not negative; 0 where the file does not say."""
+    if not document.has(name):
+        return 0
+    found = document.matrix((1,), name)[0]
+    if found < 0 or not float(found).is_integer():
+        raise document.refuse(f"has {found:g} under {name}.")
+    return int(found)
