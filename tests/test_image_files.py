@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import struct
+import time
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -91,7 +94,7 @@ PNG, JPEG, PPM = (encode(suffix, RGB) for suffix in (".png", ".jpg", ".ppm"))
         (b"P5", "is damaged"),
         (b"P2\n2 2\n255\n1 2 3 4\n", "is no PNG"),
         (b"P5\n4 4\n15\n" + bytes(16), "up to 15"),
-        (b"P5\n0 4\n255\n", "impossible size"),
+        (b"P5\n0 4\n255\n", "0 x 4 pixels large"),
         (PNG[:20], "is truncated"),
         (PNG[: len(PNG) // 2], "is truncated"),
         (PNG[:-1], "is truncated"),
@@ -116,6 +119,39 @@ def test_what_cannot_be_used_is_refused_in_one_sentence(
         read_image(path)
     assert words in refused.value.message
     assert refused.value.message.startswith(str(path)) and refused.value.message.endswith(".")
+
+
+def chunk(kind: bytes, content: bytes) -> bytes:
+    checksum = zlib.crc32(kind + content).to_bytes(4, "big")
+    return len(content).to_bytes(4, "big") + kind + content + checksum
+
+
+COSTLY = {
+    "spaces in a header": b"P6 " + b" " * 40 + b"x",
+    "comments in a header": b"P6" + b"\n#\n" * 100_000,
+    "100 megapixels": PNG[:8]
+    + chunk(b"IHDR", struct.pack(">IIBBBBB", 10_000, 10_000, 8, 2, 0, 0, 0))
+    + chunk(b"IDAT", zlib.compress(bytes(1000)))
+    + chunk(b"IEND", b""),
+    "chunks": PNG[:33] + chunk(b"IDAT", b"") * 2_000_000,
+    "segments": JPEG[:2] + b"\xff\xfe\0\2" * 5_000_000,
+    "compressed data": JPEG[:-2] + b"\xff\0" * 20_000_000,
+    "scans": JPEG[:-2] + JPEG[JPEG.index(b"\xff\xda") : -2] * 2000 + JPEG[-2:],
+}
+
+
+@pytest.mark.parametrize("name", COSTLY)
+def test_what_costs_more_than_a_picture_is_refused_at_once(tmp_path: Path, name: str) -> None:
+    path = saved(tmp_path, COSTLY[name])
+    began_s = time.process_time()
+    with pytest.raises(ImageUnreadable):
+        read_image(path)
+    assert time.process_time() - began_s < 1.5
+
+
+def test_a_device_is_no_image() -> None:
+    with pytest.raises(ImageUnreadable, match="pipe or a device"):
+        read_image(Path("/dev/zero"))
 
 
 def test_a_thumbnails_end_is_not_the_images_end(tmp_path: Path) -> None:

@@ -10,6 +10,8 @@ from pathlib import Path
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.json_fields import text
+from fieldcam.foreign.bounds import HEAD
+from fieldcam.foreign.files import read_foreign
 
 FILE_NAME = "head.json"
 KEYS = ("left_serial", "right_serial")
@@ -23,13 +25,11 @@ def encode_head(serials: tuple[str, str]) -> bytes:
 def read_head(folder: Path) -> tuple[str, str] | None:
     """The serial numbers of the left and the right eye; None where nobody wrote them down."""
     path = folder / FILE_NAME
-    try:
-        document = json.loads(path.read_bytes())
-        left, right = (text(document[key]) for key in KEYS)
-    except FileNotFoundError:
+    if not path.exists():
         return None
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}.") from error
+    try:
+        document = json.loads(read_foreign(path, HEAD))
+        left, right = (text(document[key]) for key in KEYS)
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise BadInput(
             f"{path} does not say which head took the pictures.",

@@ -16,9 +16,9 @@ from fieldcam.exchange.image_formats import (
     ImageHeader,
     image_header,
 )
+from fieldcam.foreign.bounds import IMAGE, MOST_PIXELS
+from fieldcam.foreign.files import read_foreign
 from fieldcam.values import Calibration
-
-LARGEST_PIXELS = 100_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,14 +83,7 @@ def check_size(calibration: Calibration, size_px: tuple[int, int]) -> None:
 
 
 def _read_bytes(path: Path) -> bytes:
-    if path.is_dir():
-        raise ImageUnreadable(f"{path} is a folder, not an image.")
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError as error:
-        raise ImageUnreadable(f"There is no image {path}.") from error
-    except OSError as error:
-        raise ImageUnreadable(f"{path} cannot be read: {error.strerror}.") from error
+    data = read_foreign(path, IMAGE)
     if not data:
         raise ImageUnreadable(f"{path} is empty.")
     return data
@@ -102,10 +95,14 @@ def _check_header(name: str, header: ImageHeader) -> None:
             f"{name} has {header.bits} bits per channel.", "Convert it to 8 bits."
         )
     pixels = header.width_px * header.height_px
-    if not 0 < pixels <= LARGEST_PIXELS:
+    if pixels > MOST_PIXELS:
         raise ImageUnreadable(
-            f"{name} gives an impossible size of {header.width_px} x {header.height_px} pixels."
+            f"{name} has {header.width_px} x {header.height_px} pixels: a picture may have"
+            f" {MOST_PIXELS // 10**6} million.",
+            "Make it smaller, or take it with fewer pixels.",
         )
+    if pixels == 0:
+        raise ImageUnreadable(f"{name} is {header.width_px} x {header.height_px} pixels large.")
 
 
 def _text(size_px: tuple[int, int]) -> str:

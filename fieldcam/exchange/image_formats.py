@@ -12,17 +12,23 @@ import struct
 import zlib
 from dataclasses import dataclass
 
+from fieldcam.foreign.bounds import LONGEST_PNM_HEADER_BYTES, MOST_IMAGE_PARTS, MOST_JPEG_SCANS
+
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 JPEG_SIGNATURE = b"\xff\xd8"
 PNM_CHANNELS = {b"P5": 1, b"P6": 3}
 
+_GAP = rb"(?:\s|#[^\n]*\n)+"
 PNM_HEADER = re.compile(
-    rb"(P[56])(?:\s+|#[^\n]*\n)+(\d{1,6})(?:\s+|#[^\n]*\n)+(\d{1,6})"
-    rb"(?:\s+|#[^\n]*\n)+(\d{1,6})\s"
+    rb"(P[56])" + _GAP + rb"(\d{1,6})" + _GAP + rb"(\d{1,6})" + _GAP + rb"(\d{1,6})\s"
 )
+JPEG_MARKER = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
+"""In compressed data 0xFF is followed by 0x00 or a restart code; it may be repeated."""
+END_OF_IMAGE, START_OF_SCAN = 0xD9, 0xDA
 
 TRUNCATED = "is truncated"
 DAMAGED = "is damaged"
+TOO_MANY_PARTS = "has more parts than a picture needs"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +64,13 @@ def _png_header(data: bytes) -> ImageHeader:
     """Walks all chunks, with their checksums, up to the end mark."""
     header = None
     position = len(PNG_SIGNATURE)
-    while position + 12 <= len(data):
+    for _ in range(MOST_IMAGE_PARTS):
+        if position + 12 > len(data):
+            raise BrokenImage(TRUNCATED)
         (length,) = struct.unpack_from(">I", data, position)
         end = position + 12 + length
         if end > len(data):
-            break
+            raise BrokenImage(TRUNCATED)
         (checksum,) = struct.unpack_from(">I", data, end - 4)
         if zlib.crc32(memoryview(data)[position + 4 : end - 4]) != checksum:
             raise BrokenImage(DAMAGED)
@@ -74,7 +82,7 @@ def _png_header(data: bytes) -> ImageHeader:
         if kind == b"IEND":
             return header
         position = end
-    raise BrokenImage(TRUNCATED)
+    raise BrokenImage(TOO_MANY_PARTS)
 
 
 def _jpeg_header(data: bytes) -> ImageHeader:
@@ -83,13 +91,16 @@ def _jpeg_header(data: bytes) -> ImageHeader:
     Looking for the end mark's bytes alone would find that of a thumbnail.
     """
     header = None
-    position = 2
-    while True:
+    position, scans = 2, 0
+    for _ in range(MOST_IMAGE_PARTS):
         position, marker = _next_marker(data, position)
-        if marker == 0xD9:
+        if marker == END_OF_IMAGE:
             if header is None:
                 raise BrokenImage(DAMAGED)
             return header
+        scans += marker == START_OF_SCAN
+        if scans > MOST_JPEG_SCANS:
+            break
         if position + 2 > len(data):
             raise BrokenImage(TRUNCATED)
         (length,) = struct.unpack_from(">H", data, position)
@@ -99,28 +110,19 @@ def _jpeg_header(data: bytes) -> ImageHeader:
             bits, height, width = struct.unpack_from(">BHH", data, position + 2)
             header = ImageHeader(width, height, bits)
         position += length
+    raise BrokenImage(TOO_MANY_PARTS)
 
 
 def _next_marker(data: bytes, position: int) -> tuple[int, int]:
-    """Offset behind the next marker and its code, past any compressed data.
-
-    In compressed data 0xFF is followed by 0x00 or a restart code.
-    """
-    while True:
-        position = data.find(b"\xff", position)
-        if position < 0 or position + 1 >= len(data):
-            raise BrokenImage(TRUNCATED)
-        code = data[position + 1]
-        if code == 0xFF:
-            position += 1
-        elif code == 0x00 or 0xD0 <= code <= 0xD7:
-            position += 2
-        else:
-            return position + 2, code
+    """Offset behind the next marker and its code, past any compressed data."""
+    found = JPEG_MARKER.search(data, position)
+    if found is None:
+        raise BrokenImage(TRUNCATED)
+    return found.end(), data[found.end() - 1]
 
 
 def _pnm_header(data: bytes) -> ImageHeader:
-    match = PNM_HEADER.match(data)
+    match = PNM_HEADER.match(data[:LONGEST_PNM_HEADER_BYTES])
     if match is None:
         raise BrokenImage(DAMAGED)
     width, height, largest = (int(number) for number in match.groups()[1:])

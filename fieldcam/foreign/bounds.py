@@ -20,13 +20,18 @@ class Bound:
     """One kind of file."""
 
     what: str
-    """For sentences, as in "a folder, not a calibration file"."""
+    """For sentences, as in "There is no calibration file …"."""
     most_bytes: int
     refusal: type[BadInput] = BadInput
     most_cpu_s: int = 5
     """Of a reader in a process of its own; the interpreter's start is part of it."""
     most_memory_bytes: int = 400 * MIB
     """Of the same."""
+
+    @property
+    def one(self) -> str:
+        """With its article."""
+        return f"{'an' if self.what[0] in 'aeiou' else 'a'} {self.what}"
 
     def refuse(self, sentence: str, hint: str = "") -> BadInput:
         """The error that readers of this kind raise."""
@@ -40,12 +45,17 @@ HEAD = Bound("file about a head", MIB)
 CAMERA_SETTINGS = Bound("file of camera settings", MIB, CameraSettingsInvalid)
 FEATURES = Bound("feature file", 16 * MIB, FeatureFileInvalid)
 """GenICam XML, packed or unpacked; the largest seen has 4 MiB."""
-IMAGE = Bound("image", 256 * MIB, ImageUnreadable)
+IMAGE = Bound("image", 128 * MIB, ImageUnreadable)
 TABLE = Bound("table", 16 * MIB)
 WORKBOOK = Bound("workbook", 16 * MIB, most_cpu_s=2)
 
-MOST_PIXELS = 50_000_000
-"""Of one picture; a stereo head's has 1.6 million, a telephone's up to 50 million."""
+MOST_PIXELS = 25_000_000
+"""Of one picture; a stereo head's has 1.6 million. Outlining fruit in so many takes 2.4 GB."""
+MOST_IMAGE_PARTS = 100_000
+"""Chunks of a PNG, segments of a JPEG; 10,000 are many."""
+MOST_JPEG_SCANS = 100
+"""Each is a pass over all pixels; a progressive picture has about ten."""
+LONGEST_PNM_HEADER_BYTES = 4096
 
 MOST_YAML_PARTS = 50_000
 """Scalars, lists and mappings of a calibration, each use of an alias counted."""

@@ -61,12 +61,12 @@ def read_in_child(read: Callable[[Path], Found], path: Path, bound: Bound) -> Fo
     if isinstance(answer, FieldcamError):
         raise answer
     if isinstance(answer, MemoryError):
-        raise bound.refuse(f"{path} unpacks to more than a {bound.what} may.")
+        raise bound.refuse(f"{path} unpacks to more than {bound.one} may.")
     return cast(Found, answer)
 
 
 def _too_slow(path: Path, bound: Bound) -> Exception:
-    return bound.refuse(f"{path} takes longer to read than a {bound.what} may.")
+    return bound.refuse(f"{path} takes longer to read than {bound.one} may.")
 
 
 def _main(module: str, function: str, path: str, *numbers: str) -> None:

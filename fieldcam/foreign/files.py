@@ -48,7 +48,7 @@ def open_foreign(path: Path, bound: Bound) -> Iterator[BinaryIO]:
 
 def too_large(name: str, bound: Bound) -> Exception:
     """For readers that find out only while unpacking."""
-    return bound.refuse(f"{name} is too large for a {bound.what}.")
+    return bound.refuse(f"{name} is too large for {bound.one}.")
 
 
 def _check_kind(path: Path, mode: int, bound: Bound) -> None:
@@ -59,4 +59,4 @@ def _check_kind(path: Path, mode: int, bound: Bound) -> None:
 
 
 def _no_folder(path: Path, bound: Bound) -> Exception:
-    return bound.refuse(f"{path} is a folder, not a {bound.what}.")
+    return bound.refuse(f"{path} is a folder, not {bound.one}.")
