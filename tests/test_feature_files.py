@@ -22,10 +22,11 @@ from fieldcam.camera.genapi import (
     load_feature_file,
     present_entries,
 )
-from fieldcam.camera.genapi.feature_file import LARGEST_FILE_BYTES
 from fieldcam.cli import main
 from fieldcam.errors import ExitCode, FeatureFileInvalid, FieldcamError
+from fieldcam.foreign.bounds import FEATURES
 
+CAMERA_XML = Path(__file__).parent / "foreign_samples" / "camera_xml"
 SMALL = feature_file(
     '<Category Name="Root"><pFeature>Device</pFeature><pFeature>Width</pFeature></Category>',
     '<Group Comment="size"><Integer Name="Width"><pValue>WidthReg</pValue><Min>16</Min>',
@@ -45,6 +46,37 @@ def zipped(content: bytes = SMALL, *names: str, method: int = zipfile.ZIP_DEFLAT
     return buffer.getvalue()
 
 
+def streamed(method: int) -> bytes:
+    """As written to a pipe: lengths stand behind the data."""
+
+    class Pipe(io.BytesIO):
+        def seekable(self) -> bool:
+            return False
+
+    pipe = Pipe()
+    with zipfile.ZipFile(pipe, "w", method) as archive:
+        archive.writestr("camera.xml", SMALL)
+    return pipe.getvalue()
+
+
+def with_extra(extra: bytes) -> bytes:
+    """In front of the data, of a length that its own header denies."""
+    plain = zipped()
+    name = 30 + len("camera.xml")
+    return plain[:28] + len(extra).to_bytes(2, "little") + plain[30:name] + extra + plain[name:]
+
+
+def described_as(text: bytes) -> bytes:
+    return SMALL.replace(
+        b'<Float Name="Gain">', b'<Float Name="Gain"><ToolTip>' + text + b"</ToolTip>"
+    )
+
+
+def width() -> bytes:
+    """A node that is declared again, as it was."""
+    return SMALL[SMALL.index(b'<Integer Name="Width">') : SMALL.index(b"</Group>")]
+
+
 EMPTY_ZIP = b"PK\5\6" + bytes(18)
 
 
@@ -59,6 +91,37 @@ EMPTY_ZIP = b"PK\5\6" + bytes(18)
         b'<!-- Maker-Camera 12 (USB3) -->\r\n<?xml version="1.0"?>\r\n' + SMALL,
         SMALL.replace(b"http://www.genicam.org/GenApi/Version_1_1", b"urn:another"),
         zipped(),
+        zipped(SMALL, "camera.xml", "another.xml"),
+        zipped(SMALL, ""),
+        zipped(SMALL, "camera.txt", "folder.xml/"),
+        bytes(12) + zipped(),
+        zipped()[:-30],
+        streamed(zipfile.ZIP_DEFLATED),
+        streamed(zipfile.ZIP_STORED),
+        with_extra(b"\x01\x02\x03"),
+        with_extra(b"\x0a\x00\xff\xff\x01"),
+        SMALL + b"   old text of a longer file</x>",
+        SMALL + b"<RegisterDescription/>",
+        SMALL.replace(b"xmlns=", b"xmlns:schemaLocation='http://www.genicam.org' xmlns="),
+        SMALL.replace(b"<Float ", b"<Float xsi:type='a' ")
+        .replace(b"<Group ", b"<gen:Group ")
+        .replace(b"</Group>", b"</gen:Group>"),
+        b'<?xml version="1.0"?><!DOCTYPE RegisterDescription>\n' + SMALL,
+        b"<!DOCTYPE RegisterDescription SYSTEM 'http://nowhere/GenApi.dtd'>\n" + SMALL,
+        described_as(b"Xyz\xae sensor"),
+        described_as("Größe in µm".encode() + b" or \xb5m"),
+        described_as(b"R&D of &nbsp;&micro;m &unknown;"),
+        described_as(b"\x0b\x00\x1f"),
+        b'<?xml version="1.0" encoding="klingon"?>' + SMALL,
+        b'<?xml version="1.0" encoding="UTF-16"?>' + SMALL,
+        b'<?xml version="1.0" encoding="utf-7"?>' + SMALL,
+        b'<?xml version="1.0" encoding="us-ascii"?>' + described_as(b"\xb5m"),
+        b'<?xml version="1.0" encoding="windows-1252"?>' + described_as(b"\x80"),
+        b'<?xml version="1.0" encoding="GB2312"?>' + described_as("宽度".encode("gb2312")),
+        b'<?xml version="1.0" encoding="Shift_JIS"?>' + described_as("幅".encode("shift_jis")),
+        SMALL.decode().encode("utf-16-le"),
+        b'<?xml version="1.0"?>'.decode().encode("utf-16-be") + SMALL.decode().encode("utf-16-be"),
+        SMALL.replace(b"</Group>", b"</Group><Float Name='Width'/>" + width()),
         zipped(SMALL, "read_me.txt", "camera.XML"),
         zipped(SMALL, "camera.xml", "__MACOSX/._camera.xml"),
         zipped(method=zipfile.ZIP_STORED),
@@ -77,16 +140,16 @@ def test_a_feature_file_is_read(data: bytes) -> None:
         (b"", "no proper XML"),
         (b"<a>", "no proper XML"),
         (b"<a/>", "RegisterDescription"),
-        (HEAD.encode() + b"<Integer Name='W'/><Float Name='W'/></RegisterDescription>", "twice"),
+        (SMALL[:-20], "no proper XML"),
         (b"<!DOCTYPE a [<!ENTITY b 'c'>]>" + SMALL, "document type"),
-        (b"<?xml version='1.0' encoding='klingon'?>" + SMALL, "no proper XML"),
+        (b"<!DOCTYPE a [<!ENTITY % b 'c'>%b;]>" + SMALL, "document type"),
+        (b"<!DOCTYPE a SYSTEM 'file:///etc/passwd' [<!ATTLIST a b CDATA 'c'>]>" + SMALL, "type"),
         (HEAD.encode() + b"<Group>" * 50, "nests too deep"),
-        (SMALL + b" " * LARGEST_FILE_BYTES, "16 MiB"),
-        (zipped(SMALL, "a.xml", "b.xml"), "holds 2 XML files"),
-        (zipped(SMALL, "read_me.txt"), "holds no XML file"),
-        (zipped(SMALL, "a.txt", "b.txt", "folder.xml/"), "holds no XML file"),
-        (EMPTY_ZIP, "holds no XML file"),
-        (zipped(SMALL + b" " * LARGEST_FILE_BYTES), "16 MiB"),
+        (SMALL + b" " * FEATURES.most_bytes, "16 MiB"),
+        (zipped(b"read me", "read_me.txt"), "no proper XML"),
+        (zipped(b"", "folder.xml/"), "holds no file"),
+        (EMPTY_ZIP, "holds no file"),
+        (zipped(SMALL + b" " * FEATURES.most_bytes), "16 MiB"),
         (zipped(method=zipfile.ZIP_BZIP2), "unusual"),
         (zipped()[:60], "damaged"),
     ],
@@ -102,6 +165,14 @@ def test_a_zip_that_lies_about_its_size_is_refused() -> None:
     size = (len(SMALL) + 64 * 2**20).to_bytes(4, "little")
     with pytest.raises(FeatureFileInvalid):
         load_feature_file(bomb.replace(size, (1).to_bytes(4, "little")))
+
+
+@pytest.mark.parametrize("path", sorted(CAMERA_XML.iterdir()), ids=lambda path: path.name)
+def test_files_as_cameras_carry_them_are_listed(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["camera", "features", "--xml", str(path), "--json"]) == ExitCode.OK
+    assert json.loads(capsys.readouterr().out)["features"]
 
 
 def ask_everything(data: bytes, registers: MemoryRegisters | NoCamera) -> None:
@@ -274,7 +345,9 @@ def test_the_listing_says_what_needs_the_camera(
     assert "Test Made" in printed.err
 
 
-@pytest.mark.parametrize(("content", "words"), [(None, "cannot be read"), (b"x", "no proper XML")])
+@pytest.mark.parametrize(
+    ("content", "words"), [(None, "There is no feature file"), (b"x", "no proper XML")]
+)
 def test_a_bad_file_ends_in_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes | None, words: str
 ) -> None:

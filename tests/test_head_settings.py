@@ -103,8 +103,14 @@ def test_the_data_folders_file_goes_before_the_users(
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "camera.toml").mkdir()
-    with pytest.raises(CameraSettingsInvalid, match=r"camera\.toml cannot be read"):
+    with pytest.raises(CameraSettingsInvalid, match=r"camera\.toml is a folder, not a file of"):
         load_settings(tmp_path)
+
+
+def test_a_feature_file_lies_beside_camera_toml_or_anywhere(tmp_path: Path) -> None:
+    for given, expected in (("ace.zip", tmp_path / "ace.zip"), ("/x/ace.xml", Path("/x/ace.xml"))):
+        (tmp_path / "camera.toml").write_text(f'feature_file = "{given}"')
+        assert load_settings(tmp_path).feature_file == expected
 
 
 def test_the_operators_page_shows_a_whole_file_of_all_keys() -> None:

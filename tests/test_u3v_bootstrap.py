@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import struct
-import zipfile
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -14,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scripted_usb import ScriptedControl
 
-from fieldcam.camera.usb3vision import description
 from fieldcam.camera.usb3vision.bootstrap import (
     Abrm,
     channel_limits,
@@ -25,17 +21,17 @@ from fieldcam.camera.usb3vision.bootstrap import (
     read_sirm,
 )
 from fieldcam.camera.usb3vision.channel import ChannelLimits, ControlChannel
-from fieldcam.camera.usb3vision.description import cache_folder, fetch_description, unpack
+from fieldcam.camera.usb3vision.description import cache_folder, describe, fetch_description
 from fieldcam.camera.usb3vision.descriptors import DeviceInfo, parse_device_info
 from fieldcam.camera.usb3vision.manifest import (
-    FileFormat,
     ManifestEntry,
-    newest,
+    newest_first,
     parse_entry,
     read_manifest,
 )
 from fieldcam.camera.usb3vision.transport import LinkSpeed
 from fieldcam.errors import CameraRefused, CameraUnsupported
+from fieldcam.foreign.bounds import FEATURES
 
 MANIFEST, SBRM, SIRM, EIRM, FILE = 0x60000, 0x0200_0000, 0x62000, 0x63000, 0x70000
 XML = b"<?xml version='1.0'?><RegisterDescription/>" * 30
@@ -175,7 +171,7 @@ def test_the_newest_readable_description_is_chosen() -> None:
         entry(version=8, file_format=2),
         entry(version=8, kind=1),
     )
-    chosen = newest(entries)
+    chosen = newest_first(entries)[0]
     assert chosen.file_version == (3, 2, 7)
     assert chosen.schema_version == (1, 1)
     assert (chosen.address, chosen.length) == (FILE, len(XML))
@@ -190,15 +186,52 @@ def test_an_impossible_number_of_descriptions_is_refused(count: int) -> None:
         read_manifest(registers, read_abrm(registers))
 
 
-def test_a_camera_with_unknown_formats_only_is_refused() -> None:
-    with pytest.raises(CameraUnsupported, match="no form"):
-        newest(manifest(camera(), entry(file_format=5)))
+GOOD = (
+    b'<RegisterDescription VendorName="V" ModelName="Old" SchemaMajorVersion="1"'
+    b' SchemaMinorVersion="1"><Category Name="Root"/></RegisterDescription>'
+)
+
+
+def test_a_broken_newest_description_is_followed_by_the_older_good_one(tmp_path: Path) -> None:
+    scripted = camera()
+    older = struct.pack("<Q", FILE + 0x1000)
+    entries = [entry(b"<torn", version=3), entry(GOOD, version=2, file_format=1)]
+    entries[1] = entries[1][:8] + older + entries[1][16:]
+    scripted.put(FILE, b"<torn")
+    scripted.put(FILE + 0x1000, GOOD)
+    described = describe(opened(scripted), newest_first(manifest(scripted, *entries)), tmp_path)
+    assert described.document.model == "Old"  # and called zipped, which it is not
+    assert described.note.startswith("An older description is used: The feature file is no proper")
+
+
+def test_a_file_given_by_hand_serves_a_camera_whose_own_cannot_be_read(tmp_path: Path) -> None:
+    scripted = camera()
+    scripted.put(FILE, b"<torn")
+    entries = newest_first(manifest(scripted, entry(b"<torn")))
+    with pytest.raises(CameraUnsupported) as refused:
+        describe(opened(scripted), entries, tmp_path)
+    assert "`feature_file` in camera.toml" in refused.value.hint
+    given = tmp_path / "maker.xml"
+    with pytest.raises(CameraUnsupported, match="cannot be read either: There is no feature file"):
+        describe(opened(scripted), entries, tmp_path, given)
+    given.write_bytes(GOOD)
+    described = describe(opened(scripted), entries, tmp_path, given)
+    assert (described.document.model, described.content) == ("Old", GOOD)
+    assert described.note.startswith("maker.xml is used: The feature file is no proper XML")
+
+
+def test_a_camera_that_describes_itself_serves_without_the_given_file(tmp_path: Path) -> None:
+    scripted = camera()
+    scripted.put(FILE, GOOD)
+    entries = newest_first(manifest(scripted, entry(GOOD, file_format=5)))
+    described = describe(opened(scripted), entries, tmp_path, tmp_path / "none")
+    assert (described.document.model, described.note) == ("Old", "")
 
 
 def test_a_description_is_read_once_and_then_kept(tmp_path: Path) -> None:
     scripted = camera()
     scripted.put(FILE, XML)
-    chosen = newest(manifest(scripted, entry()))
+    (chosen,) = newest_first(manifest(scripted, entry()))
     assert fetch_description(opened(scripted), chosen, tmp_path) == XML
     scripted.requests.clear()
     assert fetch_description(opened(scripted), chosen, tmp_path) == XML
@@ -208,7 +241,7 @@ def test_a_description_is_read_once_and_then_kept(tmp_path: Path) -> None:
 def test_a_damaged_kept_description_is_fetched_again(tmp_path: Path) -> None:
     scripted = camera()
     scripted.put(FILE, XML)
-    chosen = newest(manifest(scripted, entry()))
+    (chosen,) = newest_first(manifest(scripted, entry()))
     fetch_description(opened(scripted), chosen, tmp_path)
     (kept,) = tmp_path.iterdir()
     kept.write_bytes(b"half a f")
@@ -233,7 +266,7 @@ def test_a_cache_that_cannot_be_written_is_no_error(tmp_path: Path) -> None:
     assert fetch_description(opened(scripted), parse_entry(entry()), blocked / "below") == XML
 
 
-@pytest.mark.parametrize("length", [0, description.LONGEST_BYTES + 1, 1 << 60])
+@pytest.mark.parametrize("length", [0, FEATURES.most_bytes + 1, 1 << 60])
 def test_an_impossible_length_is_refused_unread(tmp_path: Path, length: int) -> None:
     scripted = camera()
     content = entry()
@@ -241,63 +274,6 @@ def test_an_impossible_length_is_refused_unread(tmp_path: Path, length: int) -> 
     with pytest.raises(CameraUnsupported, match=f"has {length} bytes"):
         fetch_description(opened(scripted), parse_entry(impossible), tmp_path)
     assert not scripted.requests
-
-
-def zipped(*contents: bytes) -> bytes:
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for index, content in enumerate(contents):
-            archive.writestr(f"{index}.xml", content)
-    return packed.getvalue()
-
-
-ZIPPED = zipped(XML)
-
-
-def test_a_zipped_description_is_unpacked() -> None:
-    assert unpack(ZIPPED, FileFormat.ZIP) == XML
-
-
-def test_a_zipped_description_needs_no_name() -> None:
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(zipfile.ZipInfo(""), XML)
-    assert unpack(packed.getvalue(), FileFormat.ZIP) == XML
-
-
-def test_only_the_compression_of_the_standard_is_unpacked() -> None:
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_LZMA) as archive:
-        archive.writestr("camera.xml", XML)
-    with pytest.raises(CameraUnsupported, match="compressed"):
-        unpack(packed.getvalue(), FileFormat.ZIP)
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (zipped(XML, XML), "archive of 2 files"),
-        (zipped(), "archive of 0 files"),
-        (b"PK\x03\x04 no archive", "cannot be unpacked"),
-        (zipped(XML)[:-9], "cannot be unpacked"),
-    ],
-)
-def test_an_archive_that_is_no_description_is_refused(content: bytes, words: str) -> None:
-    with pytest.raises(CameraUnsupported, match=words):
-        unpack(content, FileFormat.ZIP)
-
-
-def test_a_zip_bomb_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(description, "LONGEST_BYTES", 100_000)
-    with pytest.raises(CameraUnsupported, match="unpacks to over 100000"):
-        unpack(zipped(bytes(100_001)), FileFormat.ZIP)
-
-
-@given(st.binary(max_size=40), st.integers(0, 200), st.integers(0, 60))
-def test_fuzz_damaged_archives_are_unpacked_or_refused(noise: bytes, at: int, cut: int) -> None:
-    damaged = (ZIPPED[:at] + noise + ZIPPED[at + len(noise) :])[: len(ZIPPED) - cut]
-    with suppress(CameraUnsupported):
-        assert len(unpack(damaged, FileFormat.ZIP)) <= description.LONGEST_BYTES
 
 
 @given(st.binary(min_size=64, max_size=64))

@@ -66,33 +66,25 @@ def _features(arguments: argparse.Namespace) -> None:
 
 def _of_file(path: Path) -> tuple[Document, list[Entry]]:
     from fieldcam.camera.genapi import NoCamera, NodeMap, declared_entries, load_feature_file
+    from fieldcam.foreign.bounds import FEATURES
+    from fieldcam.foreign.files import read_foreign
 
-    document = load_feature_file(_read(path))
+    document = load_feature_file(read_foreign(path, FEATURES))
     return document, list(declared_entries(NodeMap(document, NoCamera())))
 
 
 def _of_camera(serial: str | None) -> tuple[Document, list[Entry]]:
     """What is wrong with the file that a camera brings is the camera's fault."""
-    from fieldcam.camera.genapi import NodeMap, load_feature_file, present_entries
+    from fieldcam.camera.genapi import NodeMap, present_entries
     from fieldcam.camera.usb3vision.description import cache_folder
     from fieldcam.camera.usb3vision.devices import open_attached
 
     with open_attached(choose_camera(serial)) as camera:
         try:
-            document = load_feature_file(camera.description(cache_folder()))
+            document = camera.description(cache_folder()).document
             return document, list(present_entries(NodeMap(document, camera.registers)))
         except FeatureFileInvalid as error:
             raise CameraUnsupported(error.message, error.hint) from error
-
-
-def _read(path: Path) -> bytes:
-    from fieldcam.camera.genapi.feature_file import LARGEST_FILE_BYTES
-
-    try:
-        with path.open("rb") as file:
-            return file.read(LARGEST_FILE_BYTES + 1)
-    except OSError as error:
-        raise FeatureFileInvalid(f"{path} cannot be read: {error.strerror}.") from error
 
 
 def feature_lines(

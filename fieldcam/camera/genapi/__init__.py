@@ -8,7 +8,7 @@ precedence of operators (see `formula`).
 
 from fieldcam.camera.genapi.access import Access, Representation, Visibility
 from fieldcam.camera.genapi.feature import Feature
-from fieldcam.camera.genapi.feature_file import Document, load_feature_file
+from fieldcam.camera.genapi.feature_file import Document, load_feature_file, plain_xml
 from fieldcam.camera.genapi.features import (
     BooleanFeature,
     CategoryFeature,
@@ -44,5 +44,6 @@ __all__ = [
     "Visibility",
     "declared_entries",
     "load_feature_file",
+    "plain_xml",
     "present_entries",
 ]

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from threading import Event
 
-from fieldcam.camera.genapi import NodeMap, load_feature_file
+from fieldcam.camera.genapi import NodeMap
 from fieldcam.camera.head.adjusting import Adjusted, Adjustment, Need, adjust, has, value_of
 from fieldcam.camera.usb3vision.bootstrap import ClockSample, latch_clock, read_u32
 from fieldcam.camera.usb3vision.clocks import DeviceClock, fit_clock
@@ -50,13 +50,18 @@ STOPPED = Adjustment("TLParamsLocked", 0, need=Need.IF_THERE)
 class EyeCamera:
     """Owns an open camera; one thread at a time uses it, but for `receive`."""
 
-    def __init__(self, camera: OpenCamera, cache: Path) -> None:
-        """Whatever a program left running that crashed is stopped."""
+    def __init__(self, camera: OpenCamera, cache: Path, feature_file: Path | None = None) -> None:
+        """Whatever a program left running that crashed is stopped.
+
+        `feature_file` serves a camera whose own description cannot be read.
+        """
         self._camera = camera
         self.serial = camera.abrm.serial
         self.speed = camera.speed
-        document = load_feature_file(camera.description(cache))
-        self.features = NodeMap(document, camera.registers)
+        described = camera.description(cache, feature_file)
+        self.note = described.note
+        """A sentence where its features are not by its newest own description."""
+        self.features = NodeMap(described.document, camera.registers)
         self._stream = camera.stream()
         self._samples: deque[ClockSample] = deque(maxlen=CLOCK_SAMPLES)
         self._latched_s = float("-inf")

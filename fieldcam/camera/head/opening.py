@@ -67,13 +67,14 @@ def open_head(settings: HeadSettings, cache: Path, usb: Usb) -> OpenHead:
     with ExitStack() as stack:
         eyes = []
         for camera in chosen:
-            eyes.append(_opened(usb.open(camera), cache))
+            eyes.append(_opened(usb.open(camera), cache, settings.feature_file))
             stack.callback(eyes[-1].close)
         leader = _leader(settings, eyes)
         for eye in eyes:
             adjusted = eye.set_up(setting_up(settings, _part(eye, leader, len(eyes))))
             log.info("camera %s was set up: %s", eye.serial, adjusted.values)
-            notes += [f"{lack} ({eye.serial})" for lack in adjusted.lacks]
+            found = [eye.note, *adjusted.lacks] if eye.note else adjusted.lacks
+            notes += [f"{sentence} ({eye.serial})" for sentence in found]
             notes += _slow(eye)
         carrying = _carrying(settings, eyes)
         notes += _doubts(carrying, eyes)
@@ -128,9 +129,9 @@ def _named(attached: Sequence[AttachedCamera], eye: Eye, serial: str) -> Attache
     )
 
 
-def _opened(camera: OpenCamera, cache: Path) -> EyeCamera:
+def _opened(camera: OpenCamera, cache: Path, feature_file: Path | None) -> EyeCamera:
     try:
-        return EyeCamera(camera, cache)
+        return EyeCamera(camera, cache, feature_file)
     except BaseException:
         camera.close()
         raise

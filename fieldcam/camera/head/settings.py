@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from fieldcam.errors import CameraSettingsInvalid
+from fieldcam.foreign.bounds import CAMERA_SETTINGS
+from fieldcam.foreign.files import read_foreign
 
 FILE_NAME = "camera.toml"
 SOFTWARE = "Software"
@@ -67,6 +69,8 @@ class HeadSettings:
     throughput_bytes_per_s: int | None = None
     """Bounds what each camera sends, where the cable or the port cannot take more."""
     rest_after_s: float = 300.0
+    feature_file: Path | None = None
+    """GenICam XML, plain or zipped, of cameras whose own cannot be read."""
 
     @property
     def has_one_camera(self) -> bool:
@@ -80,13 +84,8 @@ def load_settings(data: Path | None) -> HeadSettings:
     Raises CameraSettingsInvalid.
     """
     for path in settings_paths(data):
-        try:
-            content = path.read_bytes()
-        except FileNotFoundError:
-            continue
-        except OSError as error:
-            raise CameraSettingsInvalid(f"{path} cannot be read: {error.strerror}.") from error
-        return parse_settings(content, str(path))
+        if os.path.lexists(path):
+            return parse_settings(read_foreign(path, CAMERA_SETTINGS), str(path))
     return HeadSettings()
 
 
@@ -113,6 +112,8 @@ def parse_settings(content: bytes, name: str) -> HeadSettings:
         if found is None:
             raise _refused(name, f"gives {key} as {value!r}, where {reader.wanted} is needed")
         values[key] = found
+    if "feature_file" in values:  # beside camera.toml, where it is a name only
+        values["feature_file"] = Path(name).parent / values["feature_file"]
     return _consistent(HeadSettings(**values), name)
 
 
@@ -178,6 +179,7 @@ _KEYS: Mapping[str, _Key] = {
     "preview_us": _number(1, 1e6, " µs"),
     "throughput_bytes_per_s": _whole(5_000_000, 10_000_000_000),
     "rest_after_s": _number(1, 1e6, " s"),
+    "feature_file": _text("the path of a GenICam XML file"),
 }
 
 

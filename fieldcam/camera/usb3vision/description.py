@@ -1,4 +1,4 @@
-"""The camera's GenICam XML: fetched from its memory, or from the user's cache.
+"""The camera's own description: fetched from its memory, or from the user's cache.
 
 A megabyte takes a thousand questions to the camera, so files are kept under the SHA-1
 that the manifest gives; a kept file that does not have it any more is fetched again.
@@ -7,21 +7,37 @@ that the manifest gives; a kept file that does not have it any more is fetched a
 from __future__ import annotations
 
 import hashlib
-import io
 import os
-import zipfile
-import zlib
+from collections.abc import Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
 
+from fieldcam.camera.genapi import Document, load_feature_file
 from fieldcam.camera.genapi.registers import Registers
-from fieldcam.camera.usb3vision.manifest import FileFormat, ManifestEntry
-from fieldcam.errors import CameraUnsupported, StorageError
+from fieldcam.camera.usb3vision.manifest import ManifestEntry
+from fieldcam.errors import (
+    BadInput,
+    CameraRefused,
+    CameraUnsupported,
+    FeatureFileInvalid,
+    FieldcamError,
+    StorageError,
+)
+from fieldcam.foreign.bounds import FEATURES
+from fieldcam.foreign.files import read_foreign
 from fieldcam.store.durable import write_durably
 
-LONGEST_BYTES = 16 << 20
-"""Of a description, packed or not; the longest known are near 2 MB."""
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Description:
+    """The features that a camera has."""
+
+    content: bytes
+    """As it lies in the camera or in the given file, zipped or not."""
+    document: Document
+    note: str = ""
+    """A sentence where it is not the camera's newest own file."""
 
 
 def cache_folder() -> Path:
@@ -31,39 +47,49 @@ def cache_folder() -> Path:
     return base / "fieldcam" / "descriptions"
 
 
+def describe(
+    registers: Registers, entries: Iterable[ManifestEntry], cache: Path, given: Path | None = None
+) -> Description:
+    """By the first of `entries` that can be read, else by the file that the operator gave.
+
+    Raises CameraUnsupported, with what is wrong with the first one.
+    """
+    trouble: FieldcamError = CameraUnsupported("The camera has no description of its features.")
+    first = True
+    for entry in entries:
+        try:
+            content = fetch_description(registers, entry, cache)
+            note = "" if first else f"An older description is used: {trouble.message}"
+            return Description(content, load_feature_file(content), note)
+        except (CameraUnsupported, CameraRefused, FeatureFileInvalid) as error:
+            trouble, first = (error if first else trouble), False
+    if given is None:
+        raise CameraUnsupported(trouble.message, trouble.hint) from trouble
+    return _given(given, trouble)
+
+
+def _given(path: Path, trouble: FieldcamError) -> Description:
+    try:
+        content = read_foreign(path, FEATURES)
+        document = load_feature_file(content)
+    except BadInput as error:
+        raise CameraUnsupported(
+            f"{trouble.message} The one that camera.toml names cannot be read either:"
+            f" {error.message}",
+            error.hint,
+        ) from error
+    return Description(content, document, f"{path.name} is used: {trouble.message}")
+
+
 def fetch_description(registers: Registers, entry: ManifestEntry, cache: Path) -> bytes:
-    """The XML of this entry; raises CameraUnsupported where it cannot be one."""
-    if not 1 <= entry.length <= LONGEST_BYTES:
+    """The file of this entry, as it is; raises CameraUnsupported where it cannot be one."""
+    if not 1 <= entry.length <= FEATURES.most_bytes:
         raise CameraUnsupported(f"The camera's description has {entry.length} bytes.")
     content = _kept(entry, cache)
     if content is None:
         content = registers.read(entry.address, entry.length)
         _keep(entry, content, cache)
-    return unpack(content, entry.file_format)
-
-
-def unpack(content: bytes, file_format: int) -> bytes:
-    """The XML in a file of the camera."""
-    if file_format == FileFormat.XML:
-        return content.rstrip(b"\0")
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive, _only_file(archive) as stream:
-            xml = stream.read(LONGEST_BYTES + 1)
-    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, OSError, ValueError) as error:
-        raise CameraUnsupported(f"The camera's description cannot be unpacked: {error}.") from error
-    if len(xml) > LONGEST_BYTES:
-        raise CameraUnsupported(f"The camera's description unpacks to over {LONGEST_BYTES} bytes.")
-    return xml
-
-
-def _only_file(archive: zipfile.ZipFile) -> IO[bytes]:
-    # Not `is_dir`, which fails on an empty name.
-    files = [info for info in archive.infolist() if not info.filename.endswith("/")]
-    if len(files) != 1:
-        raise CameraUnsupported(f"The camera's description is an archive of {len(files)} files.")
-    if files[0].compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise CameraUnsupported("The camera's description is compressed in an unknown way.")
-    return archive.open(files[0])
+    return content
 
 
 def _kept(entry: ManifestEntry, cache: Path) -> bytes | None:

@@ -21,9 +21,9 @@ from fieldcam.camera.usb3vision.bootstrap import (
     read_sbrm,
 )
 from fieldcam.camera.usb3vision.channel import ControlChannel
-from fieldcam.camera.usb3vision.description import fetch_description
+from fieldcam.camera.usb3vision.description import Description, describe
 from fieldcam.camera.usb3vision.events import EventChannel
-from fieldcam.camera.usb3vision.manifest import newest, read_manifest
+from fieldcam.camera.usb3vision.manifest import newest_first, read_manifest
 from fieldcam.camera.usb3vision.pyusb_transport import (
     CameraInterfaces,
     UsbLink,
@@ -142,10 +142,10 @@ class OpenCamera:
         self.sbrm: Sbrm = read_sbrm(self.registers, self.abrm)
         self.registers.limits = channel_limits(self.abrm, self.sbrm)
 
-    def description(self, cache: Path) -> bytes:
-        """The camera's GenICam XML."""
-        entry = newest(read_manifest(self.registers, self.abrm))
-        return fetch_description(self.registers, entry, cache)
+    def description(self, cache: Path, given: Path | None = None) -> Description:
+        """Its features; `given` is a file for a camera whose own cannot be read."""
+        entries = newest_first(read_manifest(self.registers, self.abrm))
+        return describe(self.registers, entries, cache, given)
 
     def stream(self) -> ImageStream:
         """The camera's image stream, not armed; one at a time."""

@@ -35,7 +35,7 @@ class ManifestEntry:
     """Major, minor, subminor."""
     schema_version: tuple[int, int]
     file_format: int
-    """A FileFormat, or a later one."""
+    """A FileFormat, or a later one; what the file really is, its content tells."""
     describes_device: bool
     address: int
     length: int
@@ -69,10 +69,18 @@ def read_manifest(registers: Registers, abrm: Abrm) -> tuple[ManifestEntry, ...]
     )
 
 
-def newest(entries: tuple[ManifestEntry, ...]) -> ManifestEntry:
-    """The entry of the highest schema and file version that can be read."""
-    formats = tuple(FileFormat)
-    known = [entry for entry in entries if entry.describes_device and entry.file_format in formats]
-    if not known:
-        raise CameraUnsupported("The camera describes itself in no form that fieldcam reads.")
-    return max(known, key=lambda entry: (entry.schema_version, entry.file_version))
+def newest_first(entries: tuple[ManifestEntry, ...]) -> list[ManifestEntry]:
+    """Those that describe the device, by schema and file version; unknown formats come last.
+
+    Where the camera says that none does, all of them, since one has to.
+    """
+    about_device = [entry for entry in entries if entry.describes_device]
+    return sorted(
+        about_device or entries,
+        key=lambda entry: (
+            entry.file_format in tuple(FileFormat),
+            entry.schema_version,
+            entry.file_version,
+        ),
+        reverse=True,
+    )

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from usb.backend import IBackend
 
-from fieldcam.camera.genapi import Entry, NodeMap, load_feature_file, present_entries
+from fieldcam.camera.genapi import Entry, NodeMap, plain_xml, present_entries
 from fieldcam.camera.usb3vision.bootstrap import channel_limits, read_abrm, read_sbrm
 from fieldcam.camera.usb3vision.channel import ControlChannel
-from fieldcam.camera.usb3vision.description import fetch_description
+from fieldcam.camera.usb3vision.description import describe, fetch_description
 from fieldcam.camera.usb3vision.devices import AttachedCamera, claim_attached
-from fieldcam.camera.usb3vision.manifest import ManifestEntry, newest, read_manifest
+from fieldcam.camera.usb3vision.manifest import ManifestEntry, newest_first, read_manifest
 from fieldcam.camera.usb3vision.register_blocks import RegisterContent, read_blocks
 from fieldcam.errors import (
     CameraRefused,
@@ -32,7 +32,7 @@ class CameraReport:
     registers: list[RegisterContent] = field(default_factory=list)
     manifest: tuple[ManifestEntry, ...] = ()
     description: bytes = b""
-    """GenICam XML."""
+    """GenICam XML; the camera's file as it is where none of its own can be read."""
     features: list[Entry] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     """What could not be read and why, each in a sentence."""
@@ -58,8 +58,13 @@ def _ask(channel: ControlChannel, cache: Path, report: CameraReport) -> None:
         abrm = read_abrm(channel)
         channel.limits = channel_limits(abrm, read_sbrm(channel, abrm))
         report.manifest = read_manifest(channel, abrm)
-        report.description = fetch_description(channel, newest(report.manifest), cache)
-        features = NodeMap(load_feature_file(report.description), channel)
+        entries = newest_first(report.manifest)
+        with suppress(CameraUnsupported, CameraRefused):  # as it is, also where nobody can read it
+            report.description = fetch_description(channel, entries[0], cache)
+        found = describe(channel, entries, cache)
+        report.description = plain_xml(found.content)
+        report.problems += [found.note] if found.note else []
+        features = NodeMap(found.document, channel)
         for entry in present_entries(features):
             report.features.append(entry)
 

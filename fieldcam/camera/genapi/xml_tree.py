@@ -1,0 +1,78 @@
+"""Builds a feature file's elements, within bounds and without entities."""
+
+from __future__ import annotations
+
+from xml.parsers import expat
+
+from fieldcam.camera.genapi.elements import Element
+from fieldcam.camera.genapi.unpacking import ASK_THE_MAKER
+from fieldcam.camera.genapi.xml_text import with_ampersands_escaped
+from fieldcam.errors import FeatureFileInvalid
+from fieldcam.foreign.bounds import DEEPEST_ELEMENTS, MOST_ELEMENTS
+
+
+def parsed(text: str) -> Element:
+    """The root; what stands behind its end is none of it. Raises FeatureFileInvalid."""
+    try:
+        return _Tree().parse(text)
+    except expat.ExpatError as strict:
+        escaped = with_ampersands_escaped(text)
+        if escaped != text:
+            try:
+                return _Tree().parse(escaped)
+            except expat.ExpatError:
+                pass  # the first complaint is about the file as it is
+        raise FeatureFileInvalid(
+            f"The feature file is no proper XML ({strict}).", ASK_THE_MAKER
+        ) from strict
+
+
+class _Tree:
+    """Elements from the parser's events; prefixes of names are dropped, declared or not."""
+
+    def __init__(self) -> None:
+        self._root: Element | None = None
+        self._open: list[tuple[Element, list[str]]] = []
+        self._elements = 0
+        self._parser = expat.ParserCreate("utf-8")
+        self._parser.buffer_text = True
+        self._parser.StartDoctypeDeclHandler = self._doctype
+        self._parser.StartElementHandler = self._start
+        self._parser.EndElementHandler = self._end
+        self._parser.CharacterDataHandler = self._text
+
+    def parse(self, text: str) -> Element:
+        try:
+            self._parser.Parse(text.encode("utf-8", errors="replace"), True)
+        except expat.ExpatError:
+            if self._root is None or self._open:
+                raise
+        assert self._root is not None  # the parser accepts no document without one
+        return self._root
+
+    def _doctype(
+        self, _name: str, _system: str | None, _public: str | None, has_subset: bool
+    ) -> None:
+        """A bare one is a mere name; one that declares is the door to entity expansion."""
+        if has_subset:
+            raise FeatureFileInvalid(
+                "The feature file's document type declares something of its own.", ASK_THE_MAKER
+            )
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._elements += 1
+        if self._elements > MOST_ELEMENTS or len(self._open) >= DEEPEST_ELEMENTS:
+            raise FeatureFileInvalid("The feature file has too many elements, or nests too deep.")
+        element = Element(tag.rpartition(":")[2], attributes)
+        if self._open:
+            self._open[-1][0].children.append(element)
+        else:
+            self._root = element
+        self._open.append((element, []))
+
+    def _end(self, _tag: str) -> None:
+        element, pieces = self._open.pop()
+        element.text = "".join(pieces).strip()
+
+    def _text(self, text: str) -> None:
+        self._open[-1][1].append(text)
