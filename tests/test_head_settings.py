@@ -108,8 +108,8 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 
 
 def test_a_feature_file_lies_beside_camera_toml_or_anywhere(tmp_path: Path) -> None:
-    for given, expected in (("ace.zip", tmp_path / "ace.zip"), ("/x/ace.xml", Path("/x/ace.xml"))):
-        (tmp_path / "camera.toml").write_text(f'feature_file = "{given}"')
+    for named, expected in (("ace.zip", tmp_path / "ace.zip"), ("/x/ace.xml", Path("/x/ace.xml"))):
+        (tmp_path / "camera.toml").write_text(f'feature_file = "{named}"')
         assert load_settings(tmp_path).feature_file == expected
 
 

@@ -32,7 +32,7 @@ class CameraReport:
     registers: list[RegisterContent] = field(default_factory=list)
     manifest: tuple[ManifestEntry, ...] = ()
     description: bytes = b""
-    """GenICam XML; the camera's file as it is where none of its own can be read."""
+    """The newest GenICam XML, be it proper or not; zipped where it cannot be unzipped."""
     features: list[Entry] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     """What could not be read and why, each in a sentence."""
@@ -59,10 +59,11 @@ def _ask(channel: ControlChannel, cache: Path, report: CameraReport) -> None:
         channel.limits = channel_limits(abrm, read_sbrm(channel, abrm))
         report.manifest = read_manifest(channel, abrm)
         entries = newest_first(report.manifest)
-        with suppress(CameraUnsupported, CameraRefused):  # as it is, also where nobody can read it
+        with suppress(CameraUnsupported, CameraRefused, FeatureFileInvalid):
+            # Unzipped where that can be done, else as it is: somebody has to look into it.
             report.description = fetch_description(channel, entries[0], cache)
+            report.description = plain_xml(report.description)
         found = describe(channel, entries, cache)
-        report.description = plain_xml(found.content)
         report.problems += [found.note] if found.note else []
         features = NodeMap(found.document, channel)
         for entry in present_entries(features):
