@@ -26,7 +26,8 @@ from fieldcam.cli import main
 from fieldcam.errors import ExitCode, FeatureFileInvalid, FieldcamError
 from fieldcam.foreign.bounds import FEATURES
 
-CAMERA_XML = Path(__file__).parent / "foreign_samples" / "camera_xml"
+FOREIGN = Path(__file__).parent / "foreign_samples"
+CAMERA_XML = FOREIGN / "camera_xml"
 SMALL = feature_file(
     '<Category Name="Root"><pFeature>Device</pFeature><pFeature>Width</pFeature></Category>',
     '<Group Comment="size"><Integer Name="Width"><pValue>WidthReg</pValue><Min>16</Min>',
@@ -266,6 +267,78 @@ def test_three_thousand_nodes_load_within_two_seconds(note: Callable[[str], None
     took_s = time.perf_counter() - began_at
     note(f"a feature file of 3,000 nodes loads in {took_s:.2f} s.")
     assert took_s < 2
+
+
+def chained(*links: str) -> bytes:
+    """Sixty nodes, each made of the one before it by these elements, `{}` standing for it."""
+    names = "".join(f"<pFeature>k{i}</pFeature>" for i in range(60))
+    kind = "IntSwissKnife" if "<Formula>" in links[-1] else "Integer"
+    return feature_file(
+        f'<Category Name="Root">{names}</Category><Integer Name="k0"><Value>1</Value></Integer>',
+        *[
+            f'<{kind} Name="k{i}">{"".join(links).format(f"k{i - 1}")}</{kind}>'
+            for i in range(1, 60)
+        ],
+    )
+
+
+TWICE = '<pVariable Name="A">{0}</pVariable><pVariable Name="B">{0}</pVariable>'
+COSTLY = {
+    "a cascade": (FOREIGN / "hostile" / "cascade.xml").read_bytes(),
+    "one variable twice": chained('<pVariable Name="A">{0}</pVariable>', "<Formula>A+A</Formula>"),
+    "two variables": chained(TWICE, "<Formula>A+B</Formula>"),
+    "bounds": chained("<pValue>{0}</pValue><pMin>{0}</pMin><pMax>{0}</pMax><pInc>{0}</pInc>"),
+    "conditions": chained(
+        "<pValue>{0}</pValue><pIsLocked>{0}</pIsLocked><pIsAvailable>{0}</pIsAvailable>"
+    ),
+    "repeated text": feature_file(
+        '<Category Name="Root"><pFeature>W</pFeature></Category><Integer Name="W"><ToolTip>',
+        "a&amp;\n" * 1_000_000,
+        "</ToolTip><Value>1</Value></Integer>",
+    ),
+    "a large structure": feature_file(
+        '<StructReg Name="S">',
+        "<Address>1</Address>" * 20_000,
+        '<StructEntry Name="a"/>' * 20_000,
+        "</StructReg>",
+    ),
+    "formulas": feature_file(
+        *[
+            f'<IntSwissKnife Name="k{i}"><Formula>{"+".join("1" * 9_000)}</Formula></IntSwissKnife>'
+            for i in range(300)
+        ]
+    ),
+    "elements": feature_file('<Integer Name="a"/>' * 101_000),
+}
+
+
+@pytest.mark.parametrize("name", COSTLY)
+def test_what_costs_more_than_a_cameras_file_is_bounded(name: str) -> None:
+    began_s = time.process_time()
+    for registers in (NoCamera(), MemoryRegisters()):
+        with suppress(FieldcamError):
+            features = NodeMap(load_feature_file(COSTLY[name]), registers)
+            listing = declared_entries if isinstance(registers, NoCamera) else present_entries
+            list(listing(features))
+    assert time.process_time() - began_s < 5
+
+
+def test_a_write_reaches_a_long_chain_at_once() -> None:
+    nodes = [
+        f'<Integer Name="n{i}"><pValue>n{i + 1}</pValue><pInvalidator>n{i // 2}</pInvalidator>'
+        "</Integer>"
+        for i in range(10_000)
+    ]
+    features = node_map(*nodes)
+    began_s = time.process_time()
+    features.changed("n0")
+    assert time.process_time() - began_s < 1.5
+
+
+def test_a_list_that_takes_too_long_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fieldcam.camera.genapi.listing.MOST_LISTING_CPU_S", 0.0)
+    (width,) = declared_entries(NodeMap(load_feature_file(SMALL), NoCamera()))
+    assert width["problem"] == "It was not asked: the features before it took too long."
 
 
 def test_what_one_feature_gets_wrong_does_not_hide_the_others() -> None:

@@ -533,8 +533,7 @@ def test_a_file_that_goes_round_in_wide_circles_is_refused() -> None:
     with pytest.raises(FeatureFileInvalid, match="depends on itself"):
         _ = node_map(*circle).integer("K0").value
     tower = [knife.format(i, i + 1) for i in range(40)] + [constant("K40", 1)]
-    with pytest.raises(FeatureFileInvalid, match="too many others"):
-        _ = node_map(*tower).integer("K0").value
+    assert node_map(*tower).integer("K0").value == 2**40
     deep = [f'<Integer Name="K{i}"><pValue>K{i + 1}</pValue></Integer>' for i in range(3000)]
     with pytest.raises(FeatureFileInvalid, match="too many others"):
         _ = node_map(*deep, constant("K3000", 1)).integer("K0").value

@@ -61,6 +61,12 @@ MOST_YAML_PARTS = 50_000
 """Scalars, lists and mappings of a calibration, each use of an alias counted."""
 DEEPEST_YAML = 20
 
-MOST_ELEMENTS = 250_000
+MOST_ELEMENTS = 100_000
 """Of a feature file, structures spelt out; the largest seen has 29,000."""
 DEEPEST_ELEMENTS = 32
+LONGEST_FORMULA, MOST_FORMULA_TEXT = 20_000, 500_000
+"""Characters, of one and of all; the longest one seen in a camera's file has 2,052."""
+MOST_VISITS = 100_000
+"""Of a feature file's nodes, for one answer; the hungriest feature seen takes 1,141."""
+MOST_LISTING_CPU_S = 3.0
+"""For a list of all features; a camera's takes half a second."""

@@ -30,37 +30,43 @@ class Dependents:
 
     def carriers(self, name: str) -> frozenset[str]:
         """The node itself and all that its value is handed on from."""
+        return frozenset(self._downwards(name, set()))
+
+    def _downwards(self, name: str, passed: set[str]) -> set[str]:
+        """The carriers that were not passed before; they are added to what was."""
         found, rest = {name}, [name]
         while rest:
-            element = self._nodes.get(rest.pop())
+            here = rest.pop()
+            passed.add(here)
+            element = self._nodes.get(here)
             children = element.children if element is not None else ()
-            below = {child.text for child in children if child.tag in CARRIES} - found
+            below = {child.text for child in children if child.tag in CARRIES} - passed - found
             found |= below
             rest += below
-        return frozenset(found)
+        return found
 
     def _reach(self, name: str) -> frozenset[str]:
         reached: set[str] = set()
+        passed: set[str] = set()
         rest = [name]
         while rest:
-            above = self._affected[rest.pop()] - reached
-            reached |= above
-            rest += above
+            for effect, with_carriers in self._effects[rest.pop()]:
+                above = self._downwards(effect, passed) if with_carriers else {effect}
+                rest += above - reached
+                reached |= above
         return frozenset(reached)
 
     @cached_property
-    def _affected(self) -> defaultdict[str, set[str]]:
-        affected: defaultdict[str, set[str]] = defaultdict(set)
+    def _effects(self) -> defaultdict[str, set[tuple[str, bool]]]:
+        """By what was changed: what is made of it, and whether all that carries that is meant."""
+        effects: defaultdict[str, set[tuple[str, bool]]] = defaultdict(set)
         for name, element in self._nodes.items():
             for reference in _references(element):
                 cause, effect = reference.text, name
                 if reference.tag == "pSelected":
                     cause, effect = effect, cause
-                if reference.tag in AFFECTS_CARRIERS:
-                    affected[cause] |= self.carriers(effect)
-                else:
-                    affected[cause].add(effect)
-        return affected
+                effects[cause].add((effect, reference.tag in AFFECTS_CARRIERS))
+        return effects
 
 
 def _references(element: Element) -> Iterator[Element]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from enum import StrEnum
 from typing import Protocol, TypeVar
@@ -16,6 +16,7 @@ from fieldcam.camera.genapi.visits import Visits
 from fieldcam.errors import FeatureRefused
 
 Choice = TypeVar("Choice", bound=StrEnum)
+Found = TypeVar("Found")
 
 
 MOST_LISTED = 20
@@ -91,11 +92,7 @@ class Feature:
     @property
     def declared_access(self) -> Access:
         """What the feature file allows, whatever the camera's state; asks the camera nothing."""
-        with self._visit("declared access"):
-            access = self._own_access().within(self._imposed_access())
-            for carrier in self._declared_carriers():
-                access = access.within(carrier.declared_access)
-            return access
+        return self._answer("declared access", self._work_out_declared_access)
 
     @property
     def access(self) -> Access:
@@ -105,9 +102,7 @@ class Feature:
     @property
     def conditional(self) -> bool:
         """Whether its access depends on the camera's state."""
-        with self._visit("conditional"):
-            own = self._element.first("pIsImplemented", "pIsAvailable", "pIsLocked")
-            return own is not None or any(c.conditional for c in self._declared_carriers())
+        return self._answer("conditional", self._work_out_conditional)
 
     @property
     def available(self) -> bool:
@@ -125,6 +120,16 @@ class Feature:
         """Have the camera asked again when the value is next read."""
         self._scope.refresh(self.name)
 
+    def _work_out_declared_access(self) -> Access:
+        access = self._own_access().within(self._imposed_access())
+        for carrier in self._declared_carriers():
+            access = access.within(carrier.declared_access)
+        return access
+
+    def _work_out_conditional(self) -> bool:
+        own = self._element.first("pIsImplemented", "pIsAvailable", "pIsLocked")
+        return own is not None or any(c.conditional for c in self._declared_carriers())
+
     def _work_out_access(self) -> Access:
         if not self._holds("pIsImplemented"):
             return Access.NOT_IMPLEMENTED
@@ -141,6 +146,9 @@ class Feature:
 
     def _visit(self, question: str) -> AbstractContextManager[None]:
         return self._scope.visits.visit(self.name, question)
+
+    def _answer(self, question: str, work_out: Callable[[], Found]) -> Found:
+        return self._scope.visits.answer(self.name, question, work_out)
 
     def _own_access(self) -> Access:
         """What this kind of node allows by itself."""

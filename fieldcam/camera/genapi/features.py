@@ -22,8 +22,7 @@ class BooleanFeature(Numeric):
     @property
     def value(self) -> bool:
         self._require_readable()
-        with self._visit("value"):
-            return self._read()
+        return self._answer("value", self._read)
 
     @value.setter
     def value(self, value: bool) -> None:
@@ -100,8 +99,7 @@ class EnumerationFeature(Numeric):
     @property
     def chosen(self) -> EnumEntry:
         self._require_readable()
-        with self._visit("value"):
-            code = self._read()
+        code = self._answer("value", self._read)
         for entry in self.entries:
             if entry.code == code:
                 return entry
@@ -171,8 +169,7 @@ class StringFeature(Feature, ABC):
     @property
     def value(self) -> str:
         self._require_readable()
-        with self._visit("value"):
-            return self._read()
+        return self._answer("value", self._read)
 
     @value.setter
     def value(self, value: str) -> None:
@@ -202,8 +199,7 @@ class RegisterFeature(Feature, ABC):
     @property
     def value(self) -> bytes:
         self._require_readable()
-        with self._visit("value"):
-            return self._read()
+        return self._answer("value", self._read)
 
     @value.setter
     def value(self, value: bytes) -> None:

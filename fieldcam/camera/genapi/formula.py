@@ -26,9 +26,7 @@ from fieldcam.camera.genapi.arithmetic import (
     wrap,
 )
 from fieldcam.errors import FeatureFileInvalid, FeatureRefused
-
-LONGEST_FORMULA = 20_000
-"""Characters; the longest one seen in a camera's file has 2,052."""
+from fieldcam.foreign.bounds import LONGEST_FORMULA
 
 LEVELS: tuple[frozenset[str], ...] = (
     frozenset({"||"}),

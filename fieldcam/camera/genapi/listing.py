@@ -7,6 +7,7 @@ so that the others are seen.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
@@ -25,6 +26,7 @@ from fieldcam.camera.genapi.node_map import NodeMap
 from fieldcam.camera.genapi.number_features import FloatFeature, IntegerFeature
 from fieldcam.camera.genapi.registers import NotConnected
 from fieldcam.errors import CameraRefused, FeatureFileInvalid, FeatureRefused
+from fieldcam.foreign.bounds import MOST_LISTING_CPU_S
 
 Entry = dict[str, Any]
 Found = TypeVar("Found")
@@ -58,8 +60,9 @@ def present_entries(features: NodeMap) -> Iterator[Entry]:
 def _entries(root: CategoryFeature, state: Callable[[Feature], Entry]) -> Iterator[Entry]:
     told = {root.name}
     yield from _absent(0, root)
+    ends_s = time.process_time() + MOST_LISTING_CPU_S
     for depth, feature in root.walk():
-        yield _entry(depth, feature, state)
+        yield _entry(depth, feature, state if time.process_time() < ends_s else _not_asked)
         if isinstance(feature, CategoryFeature) and feature.name not in told:
             told.add(feature.name)
             yield from _absent(depth + 1, feature)
@@ -95,6 +98,10 @@ def _entry(depth: int, feature: Feature, state: Callable[[Feature], Entry]) -> E
         return entry | state(feature)
     except (FeatureFileInvalid, FeatureRefused, CameraRefused) as error:
         return entry | {"access": None, "problem": error.message}
+
+
+def _not_asked(feature: Feature) -> Entry:
+    raise FeatureRefused("It was not asked: the features before it took too long.")
 
 
 def _declared(feature: Feature) -> Entry:

@@ -183,6 +183,7 @@ class NodeMap:
         self.cache.forget_nodes(self._dependents.of(name))
 
     def refresh(self, name: str) -> None:
+        self.visits.forget()
         self.cache.forget_nodes(self._dependents.carriers(name))
 
     def forget(self) -> None:

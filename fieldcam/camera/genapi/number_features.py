@@ -17,8 +17,7 @@ class IntegerFeature(Numeric):
     @property
     def value(self) -> int:
         self._require_readable()
-        with self._visit("value"):
-            return self._read()
+        return self._answer("value", self._read)
 
     @value.setter
     def value(self, value: int) -> None:
@@ -29,19 +28,16 @@ class IntegerFeature(Numeric):
 
     @property
     def min(self) -> int:
-        with self._visit("min"):
-            return self._lowest()
+        return self._answer("min", self._lowest)
 
     @property
     def max(self) -> int:
-        with self._visit("max"):
-            return self._highest()
+        return self._answer("max", self._highest)
 
     @property
     def increment(self) -> int:
         """Allowed values are `min` and whole numbers of these above it."""
-        with self._visit("increment"):
-            return self._increment()
+        return self._answer("increment", self._increment)
 
     @property
     def valid_values(self) -> tuple[int, ...]:
@@ -110,8 +106,7 @@ class FloatFeature(Numeric):
     @property
     def value(self) -> float:
         self._require_readable()
-        with self._visit("value"):
-            return self._read()
+        return self._answer("value", self._read)
 
     @value.setter
     def value(self, value: float) -> None:
@@ -122,19 +117,16 @@ class FloatFeature(Numeric):
 
     @property
     def min(self) -> float:
-        with self._visit("min"):
-            return self._lowest()
+        return self._answer("min", self._lowest)
 
     @property
     def max(self) -> float:
-        with self._visit("max"):
-            return self._highest()
+        return self._answer("max", self._highest)
 
     @property
     def increment(self) -> float | None:
         """What the camera rounds to, where it says so; in-between values are not refused."""
-        with self._visit("increment"):
-            return self._increment()
+        return self._answer("increment", self._increment)
 
     @property
     def unit(self) -> str:

@@ -53,14 +53,16 @@ class Stretch:
     @property
     def address(self) -> int:
         """The sum of all that the file gives for it."""
-        with self._scope.visits.visit(self._owner, "address"):
-            return sum(self._part(child) for child in self._element.children) & HIGHEST_ADDRESS
+        return self._scope.visits.answer(self._owner, "address", self._work_out_address)
 
     @property
     def length(self) -> int:
         """Bytes."""
-        with self._scope.visits.visit(self._owner, "length"):
-            found = number_of(self._element, "Length", self._scope, self._owner)
+        found = self._scope.visits.answer(
+            self._owner,
+            "length",
+            lambda: number_of(self._element, "Length", self._scope, self._owner),
+        )
         length = 0 if found is None else whole_of(found, self._owner)
         if not 0 < length <= LONGEST_REGISTER_BYTES:
             raise FeatureFileInvalid(
@@ -116,6 +118,9 @@ class Stretch:
             return 0
         found = whole_of(self._scope.numeric(child.text, self._owner).number(), self._owner)
         return found if child.tag == "pAddress" else found * self._pitch(child)
+
+    def _work_out_address(self) -> int:
+        return sum(self._part(child) for child in self._element.children) & HIGHEST_ADDRESS
 
     def _pitch(self, index: Element) -> int:
         """Bytes from one index to the next; the register's own length where none is given."""

@@ -31,6 +31,7 @@ class Variables:
         self._variables = {child.name: child.text for child in element.all("pVariable")}
         self._constants = {child.name: child for child in element.all("Constant")}
         self._expressions = {child.name: child.text for child in element.all("Expression")}
+        self._parsed: dict[str, Formula] = {}
 
     def nodes(self) -> list[Numeric]:
         """The nodes that the variables name."""
@@ -41,10 +42,17 @@ class Variables:
         if name in self._constants:
             return number(self._constants[name])
         if name in self._expressions:
-            with self._scope.visits.visit(self._owner, f"expression {name}"):
-                formula = parse_formula(self._expressions[name], self._domain)
-                return formula.evaluate(self.lookup)
+            return self._scope.visits.answer(
+                self._owner, f"expression {name}", lambda: self._expression(name)
+            )
         return self._variable(name)
+
+    def _expression(self, name: str) -> Number:
+        if name not in self._parsed:
+            self._parsed[name] = parse_formula(self._expressions[name], self._domain)
+        formula = self._parsed[name]
+        self._scope.visits.charge(self._owner, len(formula.text))
+        return formula.evaluate(self.lookup)
 
     def _variable(self, name: str) -> Number | None:
         """The property may be part of the variable's own name, or be added in the formula."""
@@ -71,6 +79,7 @@ class FormulaSource:
 
     def __init__(self, element: Element, scope: Scope, owner: str, domain: Domain) -> None:
         self._element = element
+        self._scope = scope
         self._owner = owner
         self._domain = domain
         self._formulas: dict[str, Formula] = {}
@@ -80,7 +89,9 @@ class FormulaSource:
         """The result of the formula under `tag`, which may use these names too."""
         if tag not in self._formulas:
             self._formulas[tag] = self._parse(tag)
-        return self._formulas[tag].evaluate(
+        formula = self._formulas[tag]
+        self._scope.visits.charge(self._owner, len(formula.text))
+        return formula.evaluate(
             lambda name: given[name] if name in given else self.variables.lookup(name)
         )
 

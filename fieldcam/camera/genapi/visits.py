@@ -4,36 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TypeVar, cast
 
 from fieldcam.camera.genapi.access import Access
 from fieldcam.errors import FeatureFileInvalid
+from fieldcam.foreign.bounds import MOST_VISITS
 
-MOST_VISITS = 100_000
-"""Of nodes, for one answer; the hungriest feature seen in a camera's file takes 1,141."""
+Found = TypeVar("Found")
+
+CHARACTERS_A_VISIT = 40
+"""Of a formula: evaluating so many takes as long as a visit."""
 
 
 class Visits:
-    """Which questions are being worked on, each asked of one node."""
+    """Which questions are being worked on, each asked of one node, and what was found out.
+
+    A camera's nodes hang together so closely that one of them is otherwise asked thousands
+    of times for the same answer; in a file made for it, more often than anybody can wait.
+    Answers hold for one outermost question.
+    """
 
     def __init__(self) -> None:
         self._under_way: set[tuple[str, str]] = set()
         self._spent = 0
-        self._known: dict[str, Access] = {}
+        self._known: dict[tuple[str, str], object] = {}
+
+    def answer(self, node: str, question: str, work_out: Callable[[], Found]) -> Found:
+        """Worked out once for each outermost question; raises as `visit` does."""
+        key = (node, question)
+        if not self._under_way or key not in self._known:
+            with self.visit(node, question):
+                self._known[key] = found = work_out()
+                return found
+        return cast(Found, self._known[key])
 
     def access(self, node: str, work_out: Callable[[], Access]) -> Access:
-        """A node's access, worked out once for each outermost question.
+        """A node's access.
 
-        A camera's nodes hang together so closely that one of them is otherwise asked
-        thousands of times for the same answer. Where the question comes round to a
-        node that it is already asked of, that node stands in no way: in real files a
-        selector's entries depend on registers whose address depends on the selector.
+        Where the question comes round to a node that it is already asked of, that node
+        stands in no way: in real files a selector's entries depend on registers whose
+        address depends on the selector.
         """
         if (node, "access") in self._under_way:
             return Access.READ_WRITE
-        with self.visit(node, "access"):
-            if node not in self._known:
-                self._known[node] = work_out()
-            return self._known[node]
+        return self.answer(node, "access", work_out)
 
     def forget(self) -> None:
         """Something was written: nothing that was worked out before holds."""
@@ -48,7 +62,8 @@ class Visits:
         outermost = not self._under_way
         if outermost:
             self.forget()
-        self._spend(outermost, node)
+            self._spent = 0
+        self._spend(node, 1)
         self._under_way.add(key)
         try:
             yield
@@ -59,8 +74,12 @@ class Visits:
         finally:
             self._under_way.discard(key)
 
-    def _spend(self, outermost: bool, node: str) -> None:
-        self._spent = 0 if outermost else self._spent + 1
+    def charge(self, node: str, characters: int) -> None:
+        """For a formula that is evaluated; raises as `visit` does."""
+        self._spend(node, 1 + characters // CHARACTERS_A_VISIT)
+
+    def _spend(self, node: str, visits: int) -> None:
+        self._spent += visits
         if self._spent > MOST_VISITS:
             raise _too_deep(node)
 

@@ -8,7 +8,10 @@ from fieldcam.camera.genapi.elements import Element
 from fieldcam.camera.genapi.unpacking import ASK_THE_MAKER
 from fieldcam.camera.genapi.xml_text import with_ampersands_escaped
 from fieldcam.errors import FeatureFileInvalid
-from fieldcam.foreign.bounds import DEEPEST_ELEMENTS, MOST_ELEMENTS
+from fieldcam.foreign.bounds import DEEPEST_ELEMENTS, MOST_ELEMENTS, MOST_FORMULA_TEXT
+
+FORMULAS = ("Formula", "Expression")
+"""How the names of elements begin that hold one."""
 
 
 def parsed(text: str) -> Element:
@@ -33,7 +36,7 @@ class _Tree:
     def __init__(self) -> None:
         self._root: Element | None = None
         self._open: list[tuple[Element, list[str]]] = []
-        self._elements = 0
+        self._elements = self._formula_text = 0
         self._parser = expat.ParserCreate("utf-8")
         self._parser.buffer_text = True
         self._parser.StartDoctypeDeclHandler = self._doctype
@@ -73,6 +76,10 @@ class _Tree:
     def _end(self, _tag: str) -> None:
         element, pieces = self._open.pop()
         element.text = "".join(pieces).strip()
+        if element.tag.startswith(FORMULAS):
+            self._formula_text += len(element.text)
+            if self._formula_text > MOST_FORMULA_TEXT:
+                raise FeatureFileInvalid("The feature file's formulas are too long.")
 
     def _text(self, text: str) -> None:
         self._open[-1][1].append(text)
