@@ -115,6 +115,11 @@ class CameraSilent(DeviceError):
 class CameraRefused(DeviceError):
     """The camera answered that it will not do what it was asked to."""
 
+    def __init__(self, message: str, hint: str = "", why: str = "") -> None:
+        """`why` is the camera's own reason; empty where it gave none."""
+        super().__init__(message, hint)
+        self.why = why
+
 
 class CameraUnsupported(DeviceError):
     """The camera says something about itself or its images that fieldcam cannot use."""

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from register_files import MemoryRegisters, node_map, register
 
+from fieldcam.camera.genapi import NodeMap
 from fieldcam.camera.head import watching
 from fieldcam.camera.head.adjusting import Adjustment, Need, adjust
 from fieldcam.camera.head.assembly import layout_doubt, told_by_image
@@ -22,10 +23,17 @@ from fieldcam.camera.head.pictures import (
     next_exposure_us,
     shrunk,
 )
+from fieldcam.camera.head.plan import Part, for_aiming, for_flash, setting_up
 from fieldcam.camera.head.settings import Carrying, HeadSettings
 from fieldcam.camera.usb3vision.devices import AttachedCamera, CameraNames
 from fieldcam.camera.usb3vision.transport import LinkSpeed
-from fieldcam.errors import CameraForbidden, CameraUnplugged, FeatureMissing
+from fieldcam.errors import (
+    CameraForbidden,
+    CameraRefused,
+    CameraUnplugged,
+    FeatureMissing,
+    FeatureRefused,
+)
 from fieldcam.values import PixelFormat
 
 TRIGGER_MODE = """<Enumeration Name="TriggerMode"><EnumEntry Name="Off"><Value>0</Value></EnumEntry>
@@ -115,6 +123,80 @@ def test_a_button_without_events_is_looked_at(monkeypatch: pytest.MonkeyPatch) -
         told.append(went_down())
     assert told == [False, False, False, True, False, False, False, True]
     assert registers.memory[8] == 1
+
+
+SELECTOR = """<Enumeration Name="LineSelector"><EnumEntry Name="Line0"><Value>0</Value></EnumEntry>
+<EnumEntry Name="Line1"><Value>1</Value></EnumEntry><pValue>SelectorReg</pValue></Enumeration>"""
+MODE = """<Enumeration Name="LineMode"><EnumEntry Name="Input"><Value>0</Value></EnumEntry>
+<EnumEntry Name="Output"><Value>1</Value></EnumEntry><pValue>ModeReg</pValue></Enumeration>"""
+USER_OUTPUT = "<Boolean Name='UserOutputValue'><pValue>UserReg</pValue></Boolean>"
+EXPOSURE = "<Float Name='ExposureTime'><Value>300</Value></Float>"
+
+
+def line_features(*sources: str, extra: str = "") -> tuple[NodeMap, MemoryRegisters]:
+    """A line whose source can be one of these; its mode is Output, its user's output high."""
+    entries = "".join(
+        f'<EnumEntry Name="{name}"><Value>{i}</Value></EnumEntry>' for i, name in enumerate(sources)
+    )
+    source = f'<Enumeration Name="LineSource">{entries}<pValue>SourceReg</pValue></Enumeration>'
+    registers = MemoryRegisters()
+    registers.memory[8] = registers.memory[12] = 1
+    names = ("SelectorReg", "SourceReg", "ModeReg", "UserReg")
+    stored = [register(name, 4 * i) for i, name in enumerate(names)]
+    nodes = (*stored, SELECTOR, MODE, source, EXPOSURE, extra)
+    return node_map(*nodes, registers=registers), registers
+
+
+def test_the_flash_is_kept_dark_by_what_the_camera_offers() -> None:
+    """`Off` is optional in the standard: Flea3 and Grasshopper3 do not have it."""
+    cases = (
+        (("ExposureActive", "Off"), USER_OUTPUT, "Off", (1, 1)),
+        (("ExposureActive", "UserOutput1"), USER_OUTPUT, "UserOutput1", (1, 0)),
+        (("ExposureActive", "UserOutput1"), "", "ExposureActive", (0, 1)),
+        (("ExposureActive", "ExternalTriggerActive"), USER_OUTPUT, "ExposureActive", (0, 1)),
+    )
+    for sources, extra, left, (mode, level) in cases:
+        features, registers = line_features(*sources, extra=extra)
+        adjust(features, for_aiming(features, "Line1", 5000.0))
+        assert features.enumeration("LineSource").value == left
+        assert (registers.memory[0], registers.memory[8], registers.memory[12]) == (1, mode, level)
+        assert adjust(features, for_flash(HeadSettings())).lacks == []
+        assert features.enumeration("LineSource").value == "ExposureActive"
+        assert features.enumeration("LineMode").value == "Output"
+
+
+def test_no_other_line_is_touched_to_keep_a_flash_dark() -> None:
+    for line, words in (("Line7", "takes Line0, Line1"), ("", "fires its flash by itself")):
+        features, registers = line_features("ExposureActive", "Off")
+        before = bytes(registers.memory)
+        with pytest.raises(FeatureRefused, match=words):
+            for_aiming(features, line, 5000.0)
+        assert bytes(registers.memory) == before
+
+
+def test_a_selector_without_the_usual_entry_is_set_to_what_serves_as_well() -> None:
+    selector = """<Enumeration Name="GainSelector">
+    <EnumEntry Name="Red"><Value>1</Value></EnumEntry>
+    <EnumEntry Name="AnalogAll"><Value>2</Value></EnumEntry>
+    <pValue>ModeReg</pValue></Enumeration>"""
+    registers = MemoryRegisters()
+    features = node_map(*MAP, selector, registers=registers)
+    gain = next(each for each in setting_up(HeadSettings(), Part.ALONE) if each.name == "Gain")
+    assert adjust(features, [gain]).lacks == [] and registers.memory[0] == 2
+
+
+class Refusing(MemoryRegisters):
+    def write(self, address: int, data: bytes) -> None:
+        raise CameraRefused(f"The camera refused to write at {address}: no.", why="access denied")
+
+
+def test_a_refused_write_names_its_feature() -> None:
+    features = node_map(*MAP, registers=Refusing())
+    assert adjust(features, [Adjustment("Gain", 3)]).lacks == [
+        "The camera refused to set Gain: access denied."
+    ]
+    with pytest.raises(CameraRefused, match="refused to set TriggerMode: access denied"):
+        features.enumeration("TriggerMode").value = "On"
 
 
 @given(st.floats(0, 255), st.floats(20, LONGEST_PREVIEW_US))

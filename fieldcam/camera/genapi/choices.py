@@ -16,6 +16,7 @@ from fieldcam.camera.genapi.features import (
     EnumerationFeature,
 )
 from fieldcam.camera.genapi.sources import ValueSource, number_of, whole_of
+from fieldcam.camera.genapi.visits import SETTING
 from fieldcam.errors import FeatureFileInvalid, FeatureRefused
 
 DEFAULT_POLLING_S = 0.01
@@ -129,7 +130,7 @@ class Command(CommandFeature):
 
     def execute(self) -> None:
         self._require_writable()
-        with self._visit("setting"):
+        with self._visit(SETTING):
             self._source.assign(self._code())
 
     @property

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 
 from fieldcam.camera.genapi.arithmetic import Number
 from fieldcam.camera.genapi.feature import Feature, Numeric, listed
+from fieldcam.camera.genapi.visits import SETTING
 from fieldcam.errors import FeatureRefused
 
 
@@ -27,7 +28,7 @@ class BooleanFeature(Numeric):
     @value.setter
     def value(self, value: bool) -> None:
         self._require_writable()
-        with self._visit("setting"):
+        with self._visit(SETTING):
             if not isinstance(value, bool):
                 raise self._refuse(value, "True and False")
             self._write(value)
@@ -88,7 +89,7 @@ class EnumerationFeature(Numeric):
     @value.setter
     def value(self, value: str) -> None:
         self._require_writable()
-        with self._visit("setting"):
+        with self._visit(SETTING):
             self._write(self._choose(value))
 
     @property
@@ -174,7 +175,7 @@ class StringFeature(Feature, ABC):
     @value.setter
     def value(self, value: str) -> None:
         self._require_writable()
-        with self._visit("setting"):
+        with self._visit(SETTING):
             self._write(value)
 
     @abstractmethod
@@ -204,7 +205,7 @@ class RegisterFeature(Feature, ABC):
     @value.setter
     def value(self, value: bytes) -> None:
         self._require_writable()
-        with self._visit("setting"):
+        with self._visit(SETTING):
             if len(value) != self.length:
                 raise self._refuse(value, f"{self.length} bytes")
             self._write(value)

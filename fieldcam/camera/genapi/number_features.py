@@ -9,6 +9,7 @@ from fieldcam.camera.genapi.access import Representation
 from fieldcam.camera.genapi.arithmetic import Number, nearest_int
 from fieldcam.camera.genapi.elements import Element
 from fieldcam.camera.genapi.feature import Numeric, listed, one_of
+from fieldcam.camera.genapi.visits import SETTING
 
 
 class IntegerFeature(Numeric):
@@ -22,7 +23,7 @@ class IntegerFeature(Numeric):
     @value.setter
     def value(self, value: int) -> None:
         self._require_writable()
-        with self._visit("setting"):
+        with self._visit(SETTING):
             self._check(value)
             self._write(value)
 
@@ -111,7 +112,7 @@ class FloatFeature(Numeric):
     @value.setter
     def value(self, value: float) -> None:
         self._require_writable()
-        with self._visit("setting"):
+        with self._visit(SETTING):
             self._check(value)
             self._write(float(value))
 

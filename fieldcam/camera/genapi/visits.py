@@ -7,11 +7,13 @@ from contextlib import contextmanager
 from typing import TypeVar, cast
 
 from fieldcam.camera.genapi.access import Access
-from fieldcam.errors import FeatureFileInvalid
+from fieldcam.errors import CameraRefused, FeatureFileInvalid
 from fieldcam.foreign.bounds import MOST_VISITS
 
 Found = TypeVar("Found")
 
+SETTING = "setting"
+"""The question whose answer is a write."""
 CHARACTERS_A_VISIT = 40
 """Of a formula: evaluating so many takes as long as a visit."""
 
@@ -55,7 +57,11 @@ class Visits:
 
     @contextmanager
     def visit(self, node: str, question: str) -> Iterator[None]:
-        """Raises FeatureFileInvalid where answering needs the answer, or takes without end."""
+        """Raises FeatureFileInvalid where answering needs the answer, or takes without end.
+
+        What the camera refuses is told of the feature that was asked for: of its register
+        nobody knows more than an address.
+        """
         key = (node, question)
         if key in self._under_way:
             raise FeatureFileInvalid(f"In the camera's feature file {node} depends on itself.")
@@ -71,6 +77,10 @@ class Visits:
             if not outermost:
                 raise
             raise _too_deep(node) from error
+        except CameraRefused as error:
+            if not outermost:
+                raise
+            raise _refused(node, question, error) from error
         finally:
             self._under_way.discard(key)
 
@@ -82,6 +92,15 @@ class Visits:
         self._spent += visits
         if self._spent > MOST_VISITS:
             raise _too_deep(node)
+
+
+def _refused(node: str, question: str, error: CameraRefused) -> CameraRefused:
+    if not error.why:
+        return CameraRefused(f"{node}: {error.message}", error.hint)
+    done = "set" if question == SETTING else "tell"
+    return CameraRefused(
+        f"The camera refused to {done} {node}: {error.why}.", error.hint, error.why
+    )
 
 
 def _too_deep(node: str) -> FeatureFileInvalid:

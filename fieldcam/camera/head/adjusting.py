@@ -40,6 +40,9 @@ class Adjustment:
     at: tuple[str, str] | None = None
     """The selector to set before, where the camera has it, and its entry."""
     need: Need = Need.SHOULD
+    at_others: tuple[str, ...] = ()
+    """Entries that serve as well where the camera does not offer the first: the standard
+    leaves to it which it has."""
 
     @property
     def label(self) -> str:
@@ -90,12 +93,17 @@ def _at_its_line(wanted: Adjustment, sentence: str) -> str:
 
 def _set(features: NodeMap, wanted: Adjustment) -> Value:
     if wanted.at is not None and has(features, wanted.at[0]):
-        features.enumeration(wanted.at[0]).value = wanted.at[1]
+        features.enumeration(wanted.at[0]).value = _offered(features, wanted, *wanted.at)
     feature = features[wanted.name]
     if not feature.readable or not _alike(value_of(features, wanted.name), wanted.value):
         _write(features, wanted.name, wanted.value)
         feature.refresh()
     return value_of(features, wanted.name) if feature.readable else wanted.value
+
+
+def _offered(features: NodeMap, wanted: Adjustment, selector: str, entry: str) -> str:
+    offered = features.enumeration(selector).symbols
+    return next((each for each in (entry, *wanted.at_others) if each in offered), entry)
 
 
 def _write(features: NodeMap, name: str, value: Value) -> None:

@@ -191,10 +191,12 @@ class UsbStereoHead:
     def _light_by(self, head: OpenHead, light: Light) -> None:
         if light is self._light:
             return
-        exposure_us = self._aiming.exposure_us
-        by_day = light is Light.DAY
-        wanted = for_aiming(self._settings, exposure_us) if by_day else for_flash(self._settings)
-        adjust(head.leader.features, wanted)
+        features = head.leader.features
+        if light is Light.DAY:
+            line, exposure_us = self._settings.strobe_line, self._aiming.exposure_us
+            adjust(features, for_aiming(features, line, exposure_us))
+        else:
+            adjust(features, for_flash(self._settings))
         self._light = light
 
     def _await_flash(self, ends_s: float) -> None:

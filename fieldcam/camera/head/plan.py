@@ -1,13 +1,16 @@
-"""Which features a head's cameras are set up with, by their SFNC names. Pure."""
+"""Which features a head's cameras are set up with, by their SFNC names."""
 
 from __future__ import annotations
 
 from enum import Enum, auto
 
-from fieldcam.camera.head.adjusting import Adjustment, Need
+from fieldcam.camera.genapi import NodeMap
+from fieldcam.camera.head.adjusting import Adjustment, Need, adjust, has
 from fieldcam.camera.head.settings import HeadSettings
+from fieldcam.errors import FeatureRefused
 
 OFF = "Off"
+USER_OUTPUT = "UserOutput"
 EXPOSURE_ACTIVE = "ExposureActive"
 
 
@@ -37,18 +40,35 @@ def for_flash(settings: HeadSettings) -> list[Adjustment]:
     adjustments = [Adjustment("ExposureTime", settings.exposure_us)]
     if settings.strobe_line:
         at = ("LineSelector", settings.strobe_line)
+        adjustments.append(_mode(settings.strobe_line, "Output", Need.IF_THERE))
         adjustments.append(Adjustment("LineSource", settings.strobe_source, at))
     return adjustments
 
 
-def for_aiming(settings: HeadSettings, exposure_us: float) -> list[Adjustment]:
-    """Of the camera that has the flash: no picture is lit.
+def for_aiming(features: NodeMap, line: str, exposure_us: float) -> list[Adjustment]:
+    """Of the camera that has the flash on this line: no picture is lit.
 
-    Without a strobe line the flash cannot be kept from firing.
+    The standard leaves it to a camera whether a line's source can be `Off`: else it is an
+    output of the user's that stays low, else the line drives nothing. Raises FeatureMissing
+    or FeatureRefused where the flash cannot be kept from firing.
     """
-    at = ("LineSelector", settings.strobe_line)
-    dark = Adjustment("LineSource", OFF, at, Need.MUST)
-    return [dark, Adjustment("ExposureTime", exposure_us)]
+    if not line:
+        raise FeatureRefused("The head fires its flash by itself.")
+    at = ("LineSelector", line)
+    if has(features, at[0]):
+        adjust(features, [Adjustment(*at, need=Need.MUST)])
+    sources = features.enumeration("LineSource").symbols if has(features, "LineSource") else ()
+    low = next((source for source in sources if source.startswith(USER_OUTPUT)), None)
+    if OFF in sources:
+        dark = [Adjustment("LineSource", OFF, at, Need.MUST)]
+    elif low is not None and has(features, "UserOutputValue"):
+        dark = [
+            Adjustment("UserOutputValue", False, ("UserOutputSelector", low), Need.MUST),
+            Adjustment("LineSource", low, at, Need.MUST),
+        ]
+    else:
+        dark = [_mode(line, "Input", Need.MUST)]
+    return [*dark, Adjustment("ExposureTime", exposure_us)]
 
 
 def _picture(settings: HeadSettings) -> list[Adjustment]:
@@ -64,13 +84,14 @@ def _picture(settings: HeadSettings) -> list[Adjustment]:
 def _exposure(settings: HeadSettings) -> list[Adjustment]:
     """Whatever is automatic makes a stereo pair's halves differ, and sizes with them."""
     all_gains, ratio = ("GainSelector", "All"), "BalanceRatio"
+    others = ("AnalogAll", "Tap1", "DigitalAll")
     found = [
         Adjustment("ExposureMode", "Timed", need=Need.IF_THERE),
         Adjustment("ExposureAuto", OFF, need=Need.IF_THERE),
-        Adjustment("GainAuto", OFF, all_gains, Need.IF_THERE),
+        Adjustment("GainAuto", OFF, all_gains, Need.IF_THERE, others),
         Adjustment("BalanceWhiteAuto", OFF, need=Need.IF_THERE),
         Adjustment("ExposureTime", settings.exposure_us),
-        Adjustment("Gain", settings.gain_db, all_gains),
+        Adjustment("Gain", settings.gain_db, all_gains, at_others=others),
     ]
     colours = (("Red", settings.white_balance_red), ("Blue", settings.white_balance_blue))
     found += [
@@ -82,13 +103,13 @@ def _exposure(settings: HeadSettings) -> list[Adjustment]:
 
 
 def _trigger(settings: HeadSettings, part: Part) -> list[Adjustment]:
-    at = ("TriggerSelector", "FrameStart")
+    at, others = ("TriggerSelector", "FrameStart"), ("ExposureStart",)
     source = settings.follower_line if part is Part.FOLLOWER else settings.trigger
     return [
-        Adjustment("TriggerSource", source, at, Need.MUST),
-        Adjustment("TriggerActivation", "RisingEdge", at, Need.IF_THERE),
-        Adjustment("TriggerDelay", 0.0, at, Need.IF_THERE),
-        Adjustment("TriggerMode", True, at, Need.MUST),
+        Adjustment("TriggerSource", source, at, Need.MUST, others),
+        Adjustment("TriggerActivation", "RisingEdge", at, Need.IF_THERE, others),
+        Adjustment("TriggerDelay", 0.0, at, Need.IF_THERE, others),
+        Adjustment("TriggerMode", True, at, Need.MUST, others),
     ]
 
 
@@ -98,7 +119,6 @@ def _lines(settings: HeadSettings, part: Part) -> list[Adjustment]:
     found = []
     if settings.strobe_line:
         found += [
-            _mode(settings.strobe_line, "Output", Need.IF_THERE),
             *_timer(settings),
             *for_flash(settings)[1:],
         ]

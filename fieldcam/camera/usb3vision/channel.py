@@ -227,4 +227,5 @@ def _refusal(ack: Ack, what: str) -> CameraRefused:
     if ack.status == Status.OK:
         return CameraRefused(f"The camera was asked {what} and gave {len(ack.payload)}.")
     leaf = _BadAlignment if ack.status == Status.BAD_ALIGNMENT else CameraRefused
-    return leaf(f"The camera refused {what}: {describe(ack.status)}.")
+    why = describe(ack.status)
+    return leaf(f"The camera refused {what}: {why}.", why=why)
