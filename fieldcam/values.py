@@ -80,6 +80,8 @@ class StereoPair:
 
     left: ImageU8
     right: ImageU8
+    torn: tuple[str, ...] = ()
+    """Eyes, `left` or `right`, whose image lacks a part as it was stored."""
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -238,6 +240,7 @@ class ReasonCode(StrEnum):
     NO_DEPTH = "no_depth"
     SWAPPED_EYES = "swapped_eyes"
     MISPAIRED = "mispaired"
+    TORN = "torn"
     CALIBRATION_DRIFT = "calibration_drift"
     UNSURE_FRUIT = "unsure_fruit"
 

@@ -168,14 +168,15 @@ def without_tag(scene: SimulatedCapture) -> StereoPair:
 
 
 def only_tag(scene: SimulatedCapture) -> StereoPair:
-    eyes = []
+    eyes: list[ImageU8] = []
     for eye, box in zip(
         (scene.pair.left, scene.pair.right), boxes_of_both_eyes(scene), strict=True
     ):
         bare = np.full_like(eye, GREY)
         bare[box.slices] = eye[box.slices]
         eyes.append(bare)
-    return StereoPair(*eyes)
+    left, right = eyes
+    return StereoPair(left, right)
 
 
 def crowded(scene: SimulatedCapture, count: int = 60) -> StereoPair:

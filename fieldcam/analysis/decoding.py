@@ -13,7 +13,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from fieldcam.errors import ImageUnreadable
-from fieldcam.store.raw_images import RAW_SUFFIXES, decode_raw, encode_raw
+from fieldcam.exchange.image_formats import RAW_SUFFIXES
+from fieldcam.store.raw_images import decode_raw, encode_raw
 from fieldcam.values import ImageU8
 
 DEADLINE_S = 20.0

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from fieldcam.analysis.cameras import Camera, open_camera, own_camera
 from fieldcam.calibration.rectification import develop
 from fieldcam.errors import CalibrationInvalid
+from fieldcam.exchange.holes import torn_eyes
+from fieldcam.exchange.image_formats import RAW_SUFFIXES
 from fieldcam.exchange.images import decode_image
 from fieldcam.store.captures import SavedCapture, load_raw
-from fieldcam.store.raw_images import RAW_SUFFIXES, decode_raw
+from fieldcam.store.raw_images import decode_raw
 from fieldcam.values import Calibration, ClusterReading, Expectation, ImageU8, Settings
 from fieldcam.vision.pipeline import Pipeline
 
@@ -27,7 +30,9 @@ class DirectAnalyst:
 
     def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
         """The reading of one saved pair."""
-        pair = develop(load_raw(saved, decode_stored))
+        raw = load_raw(saved, decode_stored)
+        files = {"left": (saved.left, raw.left), "right": (saved.right, raw.right)}
+        pair = replace(develop(raw), torn=torn_eyes(files))
         camera = self._camera_of(saved, pair.size_px)
         pair = camera.rectify(pair)
         return self._pipeline.analyse(pair, camera.calibration, expectation, self._settings)

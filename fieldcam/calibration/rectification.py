@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
@@ -44,7 +46,9 @@ class Rectifier:
         """The pair as the rectified camera would have seen it; black where it sees nothing."""
         for image in (pair.left, pair.right):
             self._check_size(image)
-        return StereoPair(_remap(pair.left, self._left), _remap(pair.right, self._right))
+        return replace(
+            pair, left=_remap(pair.left, self._left), right=_remap(pair.right, self._right)
+        )
 
     def _check_size(self, image: ImageU8) -> None:
         width, height = self.rig.size_px

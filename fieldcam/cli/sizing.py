@@ -103,9 +103,12 @@ def _load(arguments: argparse.Namespace) -> tuple[StereoPair, Calibration]:
     """The rectified pair and its camera."""
     from fieldcam.calibration.readers import load_rectified, load_stereo_rig
     from fieldcam.calibration.rectification import Rectifier
+    from fieldcam.exchange.holes import torn_eyes
     from fieldcam.exchange.images import check_against, read_pair
 
-    pair = StereoPair(*read_pair(arguments.left, arguments.right))
+    left, right = read_pair(arguments.left, arguments.right)
+    files = {"left": (arguments.left, left), "right": (arguments.right, right)}
+    pair = StereoPair(left, right, torn_eyes(files))
     if arguments.rectify:
         rig = load_stereo_rig(arguments.calibration, pair.size_px)
         return Rectifier(rig).rectify(pair), rig.rectified

@@ -16,6 +16,8 @@ from fieldcam.foreign.bounds import LONGEST_PNM_HEADER_BYTES, MOST_IMAGE_PARTS, 
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 JPEG_SIGNATURE = b"\xff\xd8"
+RAW_SUFFIXES = (".pgm", ".ppm")
+"""Of files that hold their pixels as a camera gave them."""
 PNM_CHANNELS = {b"P5": 1, b"P6": 3}
 
 _GAP = rb"(?:\s|#[^\n]*\n)+"

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fieldcam.errors import ImageUnreadable
-from fieldcam.exchange.image_formats import BrokenImage, image_header
+from fieldcam.exchange.image_formats import RAW_SUFFIXES, BrokenImage, image_header
 from fieldcam.values import ImageU8
-
-RAW_SUFFIXES = (".pgm", ".ppm")
 
 
 def raw_suffix(image: ImageU8) -> str:

@@ -52,6 +52,7 @@ LIGHTS = {
     "sharpness": (ReasonCode.BLURRED,),
     "light": (ReasonCode.TOO_DARK, ReasonCode.OVEREXPOSED),
     "depth": (
+        ReasonCode.TORN,
         ReasonCode.NO_DEPTH,
         ReasonCode.SWAPPED_EYES,
         ReasonCode.MISPAIRED,

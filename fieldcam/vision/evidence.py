@@ -55,6 +55,8 @@ class Evidence:
     """The part of the left image that was searched."""
     quality: Quality
     tag_size_mm: float
+    torn: tuple[str, ...] = ()
+    """Eyes whose image lacks a part."""
 
     @property
     def target(self) -> tuple[Fruitlet, ...]:

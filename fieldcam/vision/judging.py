@@ -48,14 +48,23 @@ def judge(evidence: Evidence) -> Verdict:
     """The verdict, with every reason that holds; causes stand before consequences."""
     light = list(_light(evidence.quality))
     eyes = list(judge_eyes(evidence, spoiled=bool(light)))
-    spoiled = bool(light or eyes)
-    findings = [*light, *eyes, *_tag(evidence), *_fruit(evidence, explained=spoiled)]
+    torn = list(_torn(evidence))
+    spoiled = [*torn, *light, *eyes]
+    findings = [*spoiled, *_tag(evidence), *_fruit(evidence, explained=bool(spoiled))]
     if not spoiled:
         findings += judge_doubt(evidence)
     reasons = tuple(reason for _, reason in findings)
     statuses = {status for status, _ in findings}
     worst = (s for s in (Status.RETAKE, Status.CONFIRM) if s in statuses)
     return Verdict(next(worst, Status.ACCEPT), reasons)
+
+
+def _torn(evidence: Evidence) -> Iterator[Finding]:
+    if evidence.torn:
+        eyes = f"The {evidence.torn[0]} picture lacks"
+        if len(evidence.torn) > 1:
+            eyes = "Both pictures lack"
+        yield retake(ReasonCode.TORN, f"{eyes} a part: its file is damaged, take it again.")
 
 
 def _light(quality: Quality) -> Iterator[Finding]:

@@ -149,7 +149,7 @@ class Pipeline:
             quality = measure_quality(pair, region, tag, window, fruitlets)
             evidence = Evidence(
                 tag, right_tag, tags, expectation, fruitlets, segmented.faint_px, window,
-                calibration, region, quality, settings.tag_size_mm,
+                calibration, region, quality, settings.tag_size_mm, pair.torn,
             )  # fmt: skip
             verdict = judge(evidence)
         return ClusterReading(
