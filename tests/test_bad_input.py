@@ -164,7 +164,8 @@ def without_tag(scene: SimulatedCapture) -> StereoPair:
     eyes = [scene.pair.left.copy(), scene.pair.right.copy()]
     for eye, box in zip(eyes, boxes_of_both_eyes(scene), strict=True):
         eye[box.slices] = GREY
-    return StereoPair(*eyes)
+    left, right = eyes
+    return StereoPair(left, right)
 
 
 def only_tag(scene: SimulatedCapture) -> StereoPair:

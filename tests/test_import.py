@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import random
 import signal
@@ -26,12 +27,19 @@ from recorded_pairs import (
 from stored_walks import raw_pair, small_store
 
 from fieldcam.analysis.direct import DirectAnalyst
-from fieldcam.errors import AnalysisFailed, AnalysisOff, CalibrationInvalid, StorageError
+from fieldcam.errors import (
+    AnalysisFailed,
+    AnalysisOff,
+    AnalysisTimeout,
+    CalibrationInvalid,
+    StorageError,
+)
 from fieldcam.exchange.capture_folder import read_capture_folder
 from fieldcam.exchange.images import read_image
 from fieldcam.session.importing import Outcome, import_pairs
 from fieldcam.session.intake import Fate
 from fieldcam.store.blocks import blocks, visits
+from fieldcam.store.captures import SavedCapture
 from fieldcam.store.connection import rows
 from fieldcam.store.folder import DataKind
 from fieldcam.store.history import cluster_history
@@ -342,3 +350,85 @@ def test_a_simulated_folder_takes_no_recorded_pairs(tmp_path: Path, folder: Path
         with pytest.raises(StorageError, match="simulated captures only"):
             run(demo, folder, FakeAnalyst())
         assert captures(demo) == [] and list(demo.objects.names()) == []
+
+
+SUMS = {
+    "SHA256SUMS": ("sha256", "{sum}  {name}"),
+    "md5sums.txt": ("md5", "{sum} *./{name}"),
+    "manifest-sha512.txt": ("sha512", "SHA512 ({name}) = {sum}"),
+    "walk.sha1": ("sha1", "{sum}  {name}\r"),
+}
+
+
+@pytest.mark.parametrize("name", SUMS)
+@pytest.mark.parametrize("place", ["", "2026-05-21", ".."])
+def test_a_file_that_is_not_the_listed_one_is_skipped(
+    store: Store, folder: Path, name: str, place: str
+) -> None:
+    algorithm, line = SUMS[name]
+    beside = (folder / place).resolve()
+    files = [path for path in sorted(folder.rglob("*.png")) if path.is_relative_to(beside)]
+    lines = [
+        line.format(
+            sum=hashlib.new(algorithm, path.read_bytes()).hexdigest(),
+            name=path.relative_to(beside),
+        )
+        for path in files
+    ]
+    (beside / name).write_text("\n".join(lines), newline="")
+    write_image(folder / f"{THREE[0]}_left.png", 77)
+    (folder / f"{THREE[1]}_left.png").unlink()
+    (folder / f"{THREE[1]}_right.png").unlink()
+    found = read_capture_folder(folder)
+    assert [problem.text for problem in found.problems] == [
+        f"18_1_{eye}.png is not here, and {name} lists it." for eye in ("left", "right")
+    ]
+    outcomes = list(
+        import_pairs(store, Block("North"), FakeAnalyst(), found.captures, found.checksums)
+    )
+    assert fates(outcomes) == {"added": 1, "skipped": 1}
+    assert outcomes[0].problem.startswith(f"17_1_left.png is not the file that {name} lists")
+
+
+def test_the_good_original_mends_the_damaged_copy(store: Store, folder: Path) -> None:
+    run(store, folder, FakeAnalyst())
+    copy = saved_capture(store.database, captures(store)[0])
+    assert copy is not None
+    whole = copy.left.read_bytes()
+    copy.left.write_bytes(whole[:100] + bytes(len(whole) - 100))
+    outcomes = run(store, folder, FakeAnalyst())
+    assert [(each.fate, each.mended) for each in outcomes] == [
+        (Fate.KNOWN, 1),
+        (Fate.KNOWN, 0),
+        (Fate.KNOWN, 0),
+    ]
+    assert copy.left.read_bytes() == whole
+    assert rehash(store.database, store.objects) == ()
+
+
+class BusyAnalyst(FakeAnalyst):
+    """Has no time for a pair at first."""
+
+    def __init__(self, failures: int) -> None:
+        super().__init__()
+        self.failures = failures
+
+    def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
+        if self.failures:
+            self.failures -= 1
+            raise AnalysisTimeout("The analysis did not answer in time.")
+        return super().analyse(saved, expectation)
+
+
+def test_what_a_busy_machine_left_unread_is_tried_again(store: Store, folder: Path) -> None:
+    outcomes = run(store, folder, BusyAnalyst(2))
+    assert [outcome.file.tag_id for outcome in outcomes] == [17, 17, 18]
+    assert {outcome.status for outcome in outcomes} == {Status.ACCEPT}
+    assert rows(store.database, "SELECT * FROM analysis_failure") == []
+
+
+def test_what_stays_unread_is_said(store: Store, folder: Path) -> None:
+    outcomes = run(store, folder, BusyAnalyst(100))
+    assert [outcome.unread for outcome in outcomes] == [True] * 3
+    assert len(rows(store.database, "SELECT * FROM analysis_failure")) == 3
+    assert fates(run(store, folder, FakeAnalyst())) == {"known": 3}

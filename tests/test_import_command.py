@@ -77,6 +77,8 @@ def test_the_document_counts_and_a_second_run_adds_nothing(
         "retakes": 0,
         "to_retake": [],
         "problems": [],
+        "unread": 0,
+        "mended": 0,
     }
     again = document(capsys, folder)
     assert (again["added"], again["known"], again["analysed"]) == (0, 3, 0)

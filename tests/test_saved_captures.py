@@ -144,3 +144,15 @@ def test_fuzz_raw_images_end_in_one_sentence(noise: bytes, cut: int) -> None:
             assert "image" in error.message
         else:
             assert image.dtype == np.uint8
+
+
+def test_a_damaged_copy_is_not_read(tmp_path: Path) -> None:
+    with open_store(tmp_path, DataKind.FIELD) as store:
+        saved = store.save(raw_pair())
+        content = bytearray(saved.right.read_bytes())
+        content[-1] ^= 1
+        saved.right.write_bytes(content)
+        with pytest.raises(ImageUnreadable, match="right image of this picture is damaged"):
+            load_raw(saved)
+        store.save(raw_pair())
+        load_raw(saved)

@@ -63,7 +63,8 @@ def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[O
 
     path = data_path(arguments.data)
     with open_store(path, DataKind.FIELD) as store, open_analyst(None, path, path) as analyst:
-        yield from import_pairs(store, Block(arguments.block), analyst, found.captures)
+        block = Block(arguments.block)
+        yield from import_pairs(store, block, analyst, found.captures, found.checksums)
 
 
 def _problems(found: CaptureFolder, outcomes: Sequence[Outcome]) -> tuple[FolderProblem, ...]:
@@ -101,6 +102,8 @@ def _counts(found: CaptureFolder, outcomes: Sequence[Outcome]) -> dict[str, int]
         "analysed": len(read),
         "accepted": len(read) - retakes,
         "retakes": retakes,
+        "unread": sum(each.unread for each in outcomes),
+        "mended": sum(each.mended for each in outcomes),
     }
 
 
@@ -113,6 +116,14 @@ def _lines(arguments: argparse.Namespace, counts: dict[str, int]) -> Iterator[st
         f"Analysed: {counts['analysed']}; {counts['accepted']} accepted,"
         f" {counts['retakes']} would have to be taken again."
     )
+    if counts["unread"]:
+        yield (
+            f"Stored and not read, though tried twice: {number_of(counts['unread'], 'pair')}."
+            " Import the folder again when the machine has time for them."
+        )
+    if counts["mended"]:
+        images = number_of(counts["mended"], "image")
+        yield f"Mended: {images} whose copy in the data folder was damaged."
     if counts["unpaired"]:
         yield f"Left out: {number_of(counts['unpaired'], 'image')} without the other eye's."
 

@@ -17,6 +17,7 @@ from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
 from fieldcam.errors import BadInput
+from fieldcam.exchange.checksums import Checksums, is_list, read_checksums
 from fieldcam.values import HIGHEST_TAG_ID
 
 DAY_FOLDER = re.compile(r"[12]\d{3}-\d{2}-\d{2}", re.ASCII)
@@ -28,6 +29,7 @@ IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".pgm", ".ppm"})
 CALIBRATION_NAMES = ("calibration.yml", "calibration.yaml")
 CALIBRATION_FOLDER = "camera_info"
 
+NO_CHECKSUMS = Checksums()
 DAY_STARTS_AT_HOUR = 4
 """The authors recorded by night; before this hour it is still the day before."""
 
@@ -77,6 +79,8 @@ class CaptureFolder:
     captures: tuple[CaptureFile, ...]
     """Sorted by day, tag and view."""
     problems: tuple[FolderProblem, ...]
+    checksums: Checksums = NO_CHECKSUMS
+    """What lists beside the files say of them."""
 
 
 Found = Iterator[CaptureFile | FolderProblem]
@@ -87,7 +91,12 @@ def read_capture_folder(folder: Path) -> CaptureFolder:
     if not folder.is_dir():
         raise BadInput(f"There is no folder {folder}.", "Give the folder that holds the captures.")
     try:
+        checksums = read_checksums(folder)
         found = [*_read_days(folder), *_read_recordings(folder), *_read_strays(folder)]
+        found += [
+            FolderProblem(path, f"{path.name} is not here, and {name} lists it.")
+            for path, name in checksums.missing()
+        ]
     except OSError as error:
         raise BadInput(f"{folder} cannot be read: {error.strerror}.") from error
     captures = sorted(item for item in found if isinstance(item, CaptureFile))
@@ -97,7 +106,7 @@ def read_capture_folder(folder: Path) -> CaptureFolder:
             f"{folder} holds no captures.",
             "They are expected as <YYYY-MM-DD>/<tag>_<n>_left.png and _right.png.",
         )
-    return CaptureFolder(tuple(captures), tuple(problems))
+    return CaptureFolder(tuple(captures), tuple(problems), checksums)
 
 
 def visible(folder: Path) -> list[Path]:
@@ -131,7 +140,7 @@ def _read_day(folder: Path, day: date, calibration: Path | None) -> Found:
     for path in visible(folder):
         match = VIEW_FILE.fullmatch(path.stem)
         if match is None or not is_image(path):
-            if path.name not in CALIBRATION_NAMES:
+            if path.name not in CALIBRATION_NAMES and not is_list(path):
                 yield FolderProblem(path, f"{path.name} is no <tag>_<n>_left or _right image.")
             continue
         known = eyes.setdefault((int(match[1]), int(match[2])), {})
@@ -224,5 +233,9 @@ def _read_strays(folder: Path) -> Found:
             )
             if not known:
                 yield FolderProblem(path, f"{path.name} is neither a day nor a recording.")
-        elif path.name not in CALIBRATION_NAMES and not DATED_CALIBRATION.fullmatch(path.stem):
+        elif not (
+            path.name in CALIBRATION_NAMES
+            or DATED_CALIBRATION.fullmatch(path.stem)
+            or is_list(path)
+        ):
             yield FolderProblem(path, f"{path.name} belongs to no capture.")

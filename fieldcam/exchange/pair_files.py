@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -22,6 +23,13 @@ class PairFiles:
     left: ImageFile
     right: ImageFile
     calibration: bytes
+
+    def contents(self, file: CaptureFile) -> Iterator[tuple[Path, bytes]]:
+        """What was read from each of the capture's files."""
+        yield file.left, self.left.content
+        yield file.right, self.right.content
+        if file.calibration is not None:
+            yield file.calibration, self.calibration
 
     @property
     def pixel_format(self) -> PixelFormat:

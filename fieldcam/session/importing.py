@@ -10,10 +10,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from time import perf_counter
 
-from fieldcam.errors import AnalysisOff, BadInput, FieldcamError
-from fieldcam.exchange.capture_folder import CaptureFile
-from fieldcam.exchange.pair_files import read_pair_files
-from fieldcam.session.intake import Fate, Intake
+from fieldcam.errors import AnalysisFailed, AnalysisOff, BadInput, FieldcamError
+from fieldcam.exchange.capture_folder import NO_CHECKSUMS, CaptureFile
+from fieldcam.exchange.checksums import Checksums
+from fieldcam.exchange.pair_files import PairFiles, read_pair_files
+from fieldcam.session.intake import Fate, Intake, Taken
 from fieldcam.session.recording import StoredVisit
 from fieldcam.session.walk import Analyst
 from fieldcam.store.captures import SavedCapture, refuse_other_kind
@@ -37,6 +38,10 @@ class Outcome:
     """None where it was not analysed now."""
     problem: str = ""
     """Why it was skipped, or has no reading."""
+    unread: bool = False
+    """It is stored, and could not be read just now."""
+    mended: int = 0
+    """Of its images, those whose copy in the data folder was damaged."""
 
     @property
     def status(self) -> Status | None:
@@ -45,7 +50,11 @@ class Outcome:
 
 
 def import_pairs(
-    store: Store, block: Block, analyst: Analyst, files: Iterable[CaptureFile]
+    store: Store,
+    block: Block,
+    analyst: Analyst,
+    files: Iterable[CaptureFile],
+    checksums: Checksums = NO_CHECKSUMS,
 ) -> Iterator[Outcome]:
     """One outcome for each pair; earlier days are to come first, as later ones build on them.
 
@@ -54,28 +63,51 @@ def import_pairs(
     refuse_other_kind(store.folder, simulated=False)
     store.sign_in(OPERATOR)
     intake = Intake(store, block)
+    late: list[tuple[CaptureFile, Taken]] = []
     for file in files:
-        yield _import_pair(intake, analyst, file)
+        try:
+            pair = _read_files(file, checksums)
+        except BadInput as error:
+            yield Outcome(file, Fate.SKIPPED, problem=str(error))
+            continue
+        taken = intake.take(file, pair)
+        try:
+            yield _analysed(intake, analyst, file, taken)
+        except AnalysisOff:
+            raise
+        except AnalysisFailed:
+            late.append((file, taken))
+    # A machine that was busy may have time now.
+    for file, taken in late:
+        try:
+            yield _analysed(intake, analyst, file, taken)
+        except AnalysisOff:
+            raise
+        except AnalysisFailed as error:
+            yield _failed(intake, file, taken, error)
 
 
-def _import_pair(intake: Intake, analyst: Analyst, file: CaptureFile) -> Outcome:
-    try:
-        pair = read_pair_files(file)
-    except BadInput as error:
-        return Outcome(file, Fate.SKIPPED, problem=str(error))
-    taken = intake.take(file, pair)
+def _read_files(file: CaptureFile, checksums: Checksums) -> PairFiles:
+    pair = read_pair_files(file)
+    for path, content in pair.contents(file):
+        checksums.check(path, content)
+    return pair
+
+
+def _analysed(intake: Intake, analyst: Analyst, file: CaptureFile, taken: Taken) -> Outcome:
+    """Raises AnalysisFailed where the pair's own files are not at fault."""
     if taken.unread is None:
-        return Outcome(file, taken.fate, problem=taken.problem)
+        return Outcome(file, taken.fate, problem=taken.problem, mended=taken.mended)
     visit = StoredVisit(intake.store, intake.visit(file.day))
     started = perf_counter()
     try:
         reading = analyst.analyse(taken.unread, visit.expectation(file.tag_id))
-    except AnalysisOff:
+    except AnalysisFailed:
         raise
     except FieldcamError as error:
-        return Outcome(file, taken.fate, problem=_failed(visit, taken.unread, error))
+        return _failed(intake, file, taken, error)
     _keep(intake.store, taken.unread, reading, (perf_counter() - started) * 1000)
-    return Outcome(file, taken.fate, reading.verdict)
+    return Outcome(file, taken.fate, reading.verdict, mended=taken.mended)
 
 
 def _keep(store: Store, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:
@@ -85,9 +117,13 @@ def _keep(store: Store, saved: SavedCapture, reading: ClusterReading, duration_m
     store.append(*(rows[:1] if retake else rows))
 
 
-def _failed(visit: StoredVisit, saved: SavedCapture, error: FieldcamError) -> str:
+def _failed(intake: Intake, file: CaptureFile, taken: Taken, error: FieldcamError) -> Outcome:
     """Keeps the reason, once however often the import is run."""
-    database = visit.store.database
-    if not failed_alike(database, saved.key, type(error).__name__, error.message):
-        visit.fail(saved, error)
-    return f"It is stored, but was not analysed: {error.message}"
+    assert taken.unread is not None  # only what is unread is analysed
+    visit = StoredVisit(intake.store, intake.visit(file.day))
+    capture, cause = taken.unread.key, type(error).__name__
+    if not failed_alike(intake.store.database, capture, cause, error.message):
+        visit.fail(taken.unread, error)
+    problem = f"It is stored, but was not analysed: {error.message}"
+    unread = isinstance(error, AnalysisFailed)
+    return Outcome(file, taken.fate, problem=problem, unread=unread, mended=taken.mended)

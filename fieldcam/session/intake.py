@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from enum import StrEnum
 
@@ -42,6 +42,8 @@ class Taken:
     """Where it has no reading yet."""
     problem: str = ""
     """Why it was skipped."""
+    mended: int = 0
+    """Images whose copy in the data folder was damaged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +56,13 @@ class Intake:
     def take(self, file: CaptureFile, pair: PairFiles) -> Taken:
         """Make a pair durable, unless it is known."""
         self.store.space.check()
-        keep = self.store.objects.keep
-        left, right = (keep(eye.content, eye.suffix).name for eye in (pair.left, pair.right))
+        objects = self.store.objects
+        eyes = [(objects.name(eye.content, eye.suffix), eye) for eye in (pair.left, pair.right)]
+        mended = sum(objects.is_damaged(name) for name, _ in eyes)
+        left, right = (objects.keep(eye.content, eye.suffix).name for _, eye in eyes)
+        return replace(self._taken(file, pair, left, right), mended=mended)
+
+    def _taken(self, file: CaptureFile, pair: PairFiles, left: str, right: str) -> Taken:
         # Under the write lock, so that two imports of one folder add each pair once.
         with writing(self.store.database):
             known = known_pairs(self.store.database, left, right)

@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from fieldcam.errors import StorageError
+from fieldcam.errors import ImageUnreadable, StorageError
 from fieldcam.store.folder import DataFolder, DataKind
 from fieldcam.store.lookups import capture_facts
 from fieldcam.store.objects import Objects
@@ -46,6 +47,12 @@ def load_raw(saved: SavedCapture, decode: Decode = decode_raw) -> RawPair:
         left, right = saved.left.read_bytes(), saved.right.read_bytes()
     except OSError as error:
         raise StorageError(f"Capture {saved.key} cannot be read back: {error}.") from error
+    for eye, path, content in (("left", saved.left, left), ("right", saved.right, right)):
+        if sha256(content).hexdigest() != path.name.partition(".")[0]:
+            raise ImageUnreadable(
+                f"The {eye} image of this picture is damaged: its file is not what was saved.",
+                "Import the original again, or copy it back from another copy of the data folder.",
+            )
     return RawPair(
         left=decode(left, saved.left.name),
         right=decode(right, saved.right.name),

@@ -21,11 +21,21 @@ class Objects:
     """The data folder."""
 
     def keep(self, content: bytes, suffix: str) -> Path:
-        """Make content durable and give its file, which may have been there before."""
-        path = self.path(sha256(content).hexdigest() + suffix)
-        if not self._is_whole(path, len(content)):
+        """Make content durable and give its file, which may have been there before.
+
+        One that is damaged is written anew.
+        """
+        path = self.path(self.name(content, suffix))
+        if self.is_intact(path.name):
+            # Whoever wrote it may not have got as far as making its name durable.
+            self._sync_name(path)
+        else:
             write_durably(path, content)
         return path
+
+    def name(self, content: bytes, suffix: str) -> str:
+        """What the file of this content is called."""
+        return sha256(content).hexdigest() + suffix
 
     def path(self, name: str) -> Path:
         """Where the file of this name lies."""
@@ -43,14 +53,12 @@ class Objects:
         except OSError:
             return False
 
-    def _is_whole(self, path: Path, size: int) -> bool:
+    def is_damaged(self, name: str) -> bool:
+        """Whether the file is there and its content is another one."""
+        return self.path(name).exists() and not self.is_intact(name)
+
+    def _sync_name(self, path: Path) -> None:
         try:
-            if path.stat().st_size != size:
-                return False
-            # Whoever wrote it may not have got as far as making its name durable.
             fsync_folder(path.parent)
-        except FileNotFoundError:
-            return False
         except OSError as error:
             raise storage_error(path, error) from error
-        return True
