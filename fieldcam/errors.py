@@ -175,6 +175,15 @@ class StorageDamaged(StorageError):
     """The database file has damaged pages."""
 
 
+class ReadingDamaged(StorageError):
+    """A stored reading is not what was written; its picture can be read again."""
+
+    def __init__(self, message: str, hint: str, reading: str) -> None:
+        """`reading` is the id of its row."""
+        super().__init__(message, hint)
+        self.reading = reading
+
+
 class DatabaseTooNew(StorageError):
     """The database was written by a newer version of fieldcam."""
 

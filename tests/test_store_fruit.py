@@ -312,7 +312,7 @@ def test_a_file_of_the_form_before_is_brought_up_to_date(
         patch.setattr("fieldcam.store.migrations.steps", lambda: steps()[:3])
         old = small_store(tmp_path)
         walk = MadeWalk(old)
-        capture = walk.accept(walk.visit(), 11)
+        capture = walk.take(walk.visit(), 11).key
         before = dump(old.database_path)
         assert version_of(old.database) == 3
         old.close()
@@ -320,7 +320,7 @@ def test_a_file_of_the_form_before_is_brought_up_to_date(
         assert version_of(store.database) == len(steps())
         assert dump(store.database_path)[: len(before)] == before
         walk.store = store
-        store.append(CaliperIdentity(reading_of(walk, capture), 0, "fl1"))
+        store.append(CaliperIdentity(walk.read(capture, 11), 0, "fl1"))
         assert [each.fruit for each in named_fruitlets(store.database, walk.block)] == ["fl1"]
         for action in ("DELETE FROM caliper_identity", "UPDATE caliper_identity SET fruit = 'x'"):
             with pytest.raises(sqlite3.IntegrityError, match="never changed"):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence, Set
-from contextlib import closing
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, name
 from fieldcam.cli.console import emit, emit_json, narrate
+from fieldcam.cli.looking import looked_at
 from fieldcam.cli.progress import progress
 from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
@@ -50,8 +50,6 @@ def _evaluate(arguments: argparse.Namespace) -> None:
     from fieldcam.exchange.calipers import read_calipers
     from fieldcam.exchange.evaluation_report import evaluation_report
     from fieldcam.growth.records import Source
-    from fieldcam.store.folder import data_path
-    from fieldcam.store.read_only import open_read_only
 
     _check_targets(arguments)
     table = read_calipers(arguments.calipers)
@@ -67,7 +65,7 @@ def _evaluate(arguments: argparse.Namespace) -> None:
             " them.",
             "Name a table of caliper sizes.",
         )
-    with closing(open_read_only(data_path(arguments.data))) as store:
+    with looked_at(arguments.data) as store:
         block = stored_block(store.database, arguments.block)
         found = _evaluated(arguments, store, block, table)
     _write(arguments, found)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, name
 from fieldcam.cli.console import narrate
+from fieldcam.cli.looking import looked_at
 from fieldcam.cli.progress import progress
 from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
@@ -47,11 +47,9 @@ def _followed(arguments: argparse.Namespace) -> BlockRecord:
     from fieldcam.growth.places import Association
     from fieldcam.session.block_growth import block_record, known_clusters
     from fieldcam.session.growing import block_rows
-    from fieldcam.store.folder import data_path
-    from fieldcam.store.read_only import open_read_only
 
     method = Association.GEOMETRY
-    with closing(open_read_only(data_path(arguments.data))) as store:
+    with looked_at(arguments.data) as store:
         block = stored_block(store.database, arguments.block, visits=2)
         rows = block_rows(store.database, block.id)
         if not rows:

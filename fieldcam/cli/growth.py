@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from contextlib import closing
 from dataclasses import dataclass, field, replace
 from datetime import date
 from pathlib import Path
@@ -20,6 +19,7 @@ from fieldcam.cli.arguments import (
     positive_number,
 )
 from fieldcam.cli.console import emit, emit_json, narrate
+from fieldcam.cli.looking import READ_AGAIN, looked_at
 from fieldcam.cli.progress import progress
 from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
@@ -135,18 +135,17 @@ def _of_table(arguments: argparse.Namespace) -> _Told:
 
 
 def _of_stored(arguments: argparse.Namespace) -> _Told:
-    from fieldcam.store.folder import data_path
-    from fieldcam.store.read_only import open_read_only
-
     _refuse_table_options(arguments)
-    with closing(open_read_only(data_path(arguments.data))) as store:
+    with looked_at(arguments.data) as store:
         return _of_block(arguments, store, stored_block(store.database, arguments.block, visits=2))
 
 
 def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary) -> _Told:
+    from fieldcam.growth.warnings import Warning
     from fieldcam.session.block_growth import COMPARED, block_outlook, known_clusters
     from fieldcam.session.growing import block_rows
     from fieldcam.store.folder import DataKind
+    from fieldcam.store.seals import damage_sentence
 
     method: Association = arguments.associate or _METHOD
     same_day: SizeRule = arguments.same_day or _SAME_DAY
@@ -156,6 +155,9 @@ def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockS
     known = tuple(progress(followed, len(rows), "cluster"))
     between = arguments.start, arguments.end
     growth = block_outlook(store.database, block.id, known, method, between)
+    if store.damaged:
+        left_out = Warning("damaged_readings", f"{damage_sentence(store.damaged)} {READ_AGAIN}")
+        growth = replace(growth, warnings=(left_out, *growth.warnings))
     simulated = store.folder.kind is DataKind.SIMULATED
     pictures = arguments.report is not None
     return _Told(

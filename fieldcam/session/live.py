@@ -17,7 +17,7 @@ from queue import SimpleQueue
 
 from fieldcam.analysis.status import Status
 from fieldcam.camera.port import FlashStereoDevice
-from fieldcam.errors import FieldcamError
+from fieldcam.errors import FieldcamError, ReadingDamaged
 from fieldcam.growth.places import Word
 from fieldcam.session import events
 from fieldcam.session.aiming import Aiming
@@ -35,6 +35,7 @@ from fieldcam.session.walk import DEADLINE_S
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.rows import EntryId
+from fieldcam.store.seals import WHY
 from fieldcam.store.store import Store
 from fieldcam.values import Expectation
 
@@ -208,8 +209,17 @@ class LiveWalk:
                 task()
                 if self._inbox.empty():
                     self._publish()
+            except ReadingDamaged as error:
+                self._leave_out(error)
             except FieldcamError as error:
                 self._tell(events.StorageTrouble(error))
+
+    def _leave_out(self, damage: ReadingDamaged) -> None:
+        """A reading that turned out to be damaged, and have its picture read again."""
+        self._tell(events.StorageTrouble(damage))
+        self._store.undo(damage.reading, why=WHY)
+        self._readings.take_up(again=False)
+        self._inbox.put(_nothing)
 
     def _publish(self) -> None:
         state = self._view.state()

@@ -85,6 +85,8 @@ class Readings:
     def take_up(self, again: bool) -> None:
         """Have read what an earlier run of the app, or of the analysis, left unread."""
         for picture, expectation in self.view.unread_of_block():
+            if picture.saved.key in self.under_way:
+                continue
             if again or picture.failures < TRIES:
                 self.submit(picture.saved, expectation, urgent=False, again=again)
 

@@ -27,6 +27,8 @@ BUSY_TIMEOUT_S = 30.0
 WAL_RETRY_S = 0.01
 _NO_ROOM_BYTES = 1 << 20
 _DAMAGED = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+_DAMAGED_TEXTS = ("malformed JSON", "Could not decode to UTF-8")
+"""Errors that SQLite has no code of its own for."""
 _UNWRITABLE = (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM)
 _BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
@@ -171,6 +173,10 @@ def _explained(path: Path, error: sqlite3.DatabaseError) -> StorageError | None:
         )
     if family in _BUSY:
         return StorageBusy(f"Another program keeps {path} locked.", "Close it and try again.")
+    if any(sign in str(error) for sign in _DAMAGED_TEXTS):
+        return StorageDamaged(
+            f"A row of the database {path} is damaged.", "`fieldcam recover` finds and mends it."
+        )
     if family == sqlite3.SQLITE_IOERR:
         return StorageError(f"The disk gave an error while {path} was used.", "Check the disk.")
     return None

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from fieldcam.errors import StorageError
 from fieldcam.store.durable import storage_error
 
 LOCK_NAME = "in-use.lock"
@@ -21,6 +23,11 @@ class FolderLock:
         try:
             self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         except OSError as error:
+            if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
+                raise StorageError(
+                    f"{folder} cannot be written: {error.strerror}.",
+                    "`fieldcam follow`, `growth`, `evaluate` and `export` look at it as it is.",
+                ) from error
             raise storage_error(path, error) from error
         # Someone who tidies up alone is done within seconds.
         fcntl.flock(self._descriptor, fcntl.LOCK_SH)

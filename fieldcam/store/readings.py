@@ -6,9 +6,11 @@ from typing import Any
 
 from sqlite_utils import Database
 
+from fieldcam.errors import ReadingInvalid
 from fieldcam.exchange.readings import dump_reading, load_reading
 from fieldcam.store.lookups import row_of
 from fieldcam.store.rows import EntryId
+from fieldcam.store.seals import damaged, sealed_document
 from fieldcam.store.walk_rows import Reading
 from fieldcam.values import ClusterReading, Fruitlet
 
@@ -33,8 +35,17 @@ def reading_row(capture: EntryId, reading: ClusterReading, duration_ms: float) -
 
 
 def stored_reading(database: Database, key: EntryId) -> ClusterReading:
-    """A whole reading, with masks, clouds and disparity."""
-    return load_reading(row_of(database, "reading", key)["document"])
+    """A whole reading, with masks, clouds and disparity.
+
+    Raises ReadingDamaged where it is not what was written.
+    """
+    document = sealed_document(database, key)
+    try:
+        return load_reading(document)
+    except ReadingInvalid as error:
+        if row_of(database, "reading", key)["sha256"] is None:
+            raise damaged(database, key) from error
+        raise
 
 
 def _size(fruitlet: Fruitlet) -> dict[str, Any]:

@@ -43,7 +43,11 @@ def new_id() -> EntryId:
 
 def columns(row: Row) -> dict[str, Any]:
     """The row's fields as values that SQLite knows."""
-    return {field.name: _stored(getattr(row, field.name)) for field in fields(row)}
+    return {
+        field.name: _stored(getattr(row, field.name))
+        for field in fields(row)
+        if hasattr(row, field.name)  # one that is made of the others comes last
+    }
 
 
 def _stored(value: object) -> object:

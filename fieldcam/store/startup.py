@@ -15,6 +15,12 @@ from fieldcam.store.integrity import Fault, FileProblem, check_files, quick_chec
 from fieldcam.store.journal import Clock
 from fieldcam.store.orphans import adopt_pairs, keep_loose, orphans, sweep
 from fieldcam.store.rows import EntryId
+from fieldcam.store.seals import (
+    DamagedReading,
+    damage_sentence,
+    damaged_readings,
+    leave_out,
+)
 from fieldcam.store.store import Store
 from fieldcam.words import number_of
 
@@ -52,6 +58,8 @@ class StartupReport:
     """The folder comes from another machine, or its disk was cloned."""
     clock_behind: timedelta | None
     """How far the clock is before the newest row, where it is."""
+    damaged: tuple[DamagedReading, ...]
+    """Readings that were left out now."""
     reserve: bool
     """Whether room is set aside for the last rows before the disk is full."""
     no_room: str
@@ -72,11 +80,20 @@ def startup_check(store: Store, clock: Clock = now) -> StartupReport:
         taken_up=taken_up,
         in_use=not alone,
         problems=check_files(store.database, store.objects),
+        damaged=leave_out_damaged(store),
         copied=store.identity.copied,
         clock_behind=_clock_behind(store, clock),
         reserve=store.space.set_aside(),
         no_room=_no_room(store),
     )
+
+
+def leave_out_damaged(store: Store) -> tuple[DamagedReading, ...]:
+    """Readings that are damaged, which count no more once this returns."""
+    found = damaged_readings(store.database)
+    if found:
+        store.together(leave_out, store.database, store.identity.device, found)
+    return found
 
 
 def _take_up(store: Store) -> TakenUp:
@@ -123,6 +140,8 @@ def _sentences(report: StartupReport) -> Iterator[str]:
     missing = [p for p in report.problems if p.fault is Fault.MISSING]
     if missing:
         yield f"Image files that are missing: {len(missing)}, {_of(missing)}. {TO_DO}"
+    if report.damaged:
+        yield f"{damage_sentence(report.damaged)} Their pictures are read again."
     if report.copied:
         yield "This data folder comes from another machine; its rows are counted anew here."
     if taken_up.left:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields
 from datetime import date
 from enum import StrEnum
+from hashlib import sha256
 from typing import Any, ClassVar
 
-from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.rows import EntryId, Row, columns
 
 
 class EventKind(StrEnum):
@@ -107,6 +109,32 @@ class Reading(Row):
     software_version: str
     duration_ms: float
     """From saved to reading."""
+    sha256: str = field(init=False)
+    """Of all other columns."""
+
+    def __post_init__(self) -> None:
+        values = columns(self)
+        object.__setattr__(self, "sha256", seal(values[name] for name in SEALED_COLUMNS))
+
+
+SEALED_COLUMNS = tuple(each.name for each in fields(Reading) if each.name != "sha256")
+
+
+def seal(values: Iterable[object]) -> str:
+    """SHA-256 of a row's values, as written or as bytes where they are texts."""
+    found = sha256()
+    for value in values:
+        found.update(_as_bytes(value))
+        found.update(b"\0")
+    return found.hexdigest()
+
+
+def _as_bytes(value: object) -> bytes:
+    if isinstance(value, bytes):
+        return value
+    if isinstance(value, int | float):
+        return repr(float(value)).encode()
+    return str(value).encode()
 
 
 @dataclass(frozen=True, slots=True)
