@@ -175,6 +175,10 @@ class StorageDamaged(StorageError):
     """The database file has damaged pages."""
 
 
+class RowsLost(StorageError):
+    """Pictures lie in a data folder whose database does not know them."""
+
+
 class ReadingDamaged(StorageError):
     """A stored reading is not what was written; its picture can be read again."""
 

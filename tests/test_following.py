@@ -137,7 +137,7 @@ def test_a_database_that_is_taken_away_and_comes_back(tmp_path: Path) -> None:
     with watched(tmp_path) as seen:
         seen.walk(lambda state: True)
         file.unlink()
-        seen.unseen("There is no database")
+        seen.unseen("and no database")
         file.write_bytes(copy)
         seen.walk(lambda state: True)
 

@@ -79,7 +79,7 @@ def test_a_failed_write_leaves_nothing_behind(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_row_is_written_after_both_images(
+def test_the_row_is_written_after_both_images_and_their_facts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     written: list[tuple[str, int]] = []
@@ -94,7 +94,7 @@ def test_the_row_is_written_after_both_images(
 
         monkeypatch.setattr(Path, "replace", remember)
         store.save(raw_pair())
-    assert written == [(".pgm", 0), (".pgm", 0)]
+    assert written == [(".pgm", 0), (".pgm", 0), (".json", 0)]
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"kind": "other"}'])

@@ -44,6 +44,7 @@ def connect(path: Path, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Database:
         )
         database = Database(connection)
         try:
+            refuse_foreign(database, path)
             _make_durable(database, path, busy_timeout_s)
         except BaseException:
             database.close()
@@ -64,6 +65,16 @@ def connect_read_only(path: Path, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Dat
             if path.with_name(f"{path.name}-wal").exists():
                 raise
             return _open_to_read(path, "immutable=1", busy_timeout_s)
+
+
+def connect_untouched(path: Path) -> Database:
+    """A connection that leaves not even SQLite's own files beside the database.
+
+    Without a log nobody writes; with one, SQLite's index of it may be made.
+    """
+    how = "mode=ro" if path.with_name(f"{path.name}-wal").exists() else "immutable=1"
+    with storage_errors(path):
+        return _open_to_read(path, how, BUSY_TIMEOUT_S)
 
 
 def rows(database: Database, sql: str, *parameters: object) -> list[dict[str, Any]]:
@@ -113,6 +124,16 @@ def database_path(database: Database) -> Path:
     return Path(os.fsdecode(name))
 
 
+def refuse_foreign(database: Database, path: Path) -> None:
+    """Raise StorageError for a file of another program, which is left as it is."""
+    (owner,) = database.execute("PRAGMA application_id").fetchone()
+    (tables,) = database.execute("SELECT count(*) FROM sqlite_schema").fetchone()
+    if owner not in (0, APPLICATION_ID) or (owner == 0 and tables):
+        raise StorageError(
+            f"{path} is not a database of fieldcam.", "Name another folder with --data."
+        )
+
+
 def _roll_back(database: Database) -> None:
     # A full disk has ended the transaction already.
     if database.conn.in_transaction:
@@ -121,10 +142,7 @@ def _roll_back(database: Database) -> None:
 
 def _make_durable(database: Database, path: Path, busy_timeout_s: float) -> None:
     if _switched_to_wal(database, busy_timeout_s) != "wal":
-        raise StorageError(
-            f"The disk of {path} does not support SQLite's write-ahead log.",
-            "Use a data folder on a local disk.",
-        )
+        raise _no_log(path)
     database.execute("PRAGMA synchronous=FULL")
     database.execute("PRAGMA foreign_keys=ON")
     for pragma, wanted in (("synchronous", 2), ("foreign_keys", 1)):
@@ -159,11 +177,30 @@ def _open_to_read(path: Path, how: str, busy_timeout_s: float) -> Database:
     return Database(connection)
 
 
+_NO_SHARED_MEMORY = (
+    sqlite3.SQLITE_IOERR_SHMOPEN,
+    sqlite3.SQLITE_IOERR_SHMSIZE,
+    sqlite3.SQLITE_IOERR_SHMLOCK,
+    sqlite3.SQLITE_IOERR_SHMMAP,
+)
+
+
+def _no_log(path: Path) -> StorageError:
+    """As on some cards and network drives."""
+    return StorageError(
+        f"The disk of {path} cannot keep SQLite's write-ahead log.",
+        "Use a data folder on a local disk that is formatted for Linux (ext4).",
+    )
+
+
 def _explained(path: Path, error: sqlite3.DatabaseError) -> StorageError | None:
     """Extended result codes keep their family in the low byte."""
     family = getattr(error, "sqlite_errorcode", 0) & 0xFF
     if family == sqlite3.SQLITE_FULL or (family == sqlite3.SQLITE_IOERR and _no_room(path)):
         return StorageFull(f"No room is left to write {path}.", "Free some space and try again.")
+    code = getattr(error, "sqlite_errorcode", 0)
+    if code in _NO_SHARED_MEMORY or family == sqlite3.SQLITE_PROTOCOL:
+        return _no_log(path)
     if family in _DAMAGED:
         return damaged(path)
     if family in _UNWRITABLE:
@@ -186,7 +223,8 @@ def damaged(path: Path) -> StorageDamaged:
     """The sentence for a database file with damaged pages."""
     return StorageDamaged(
         f"The database {path} is damaged.",
-        "Copy the data folder, then rename this file and start again: the pictures are kept.",
+        "`fieldcam recover` keeps it as it is, and makes a new one of what can be read and of the"
+        " pictures.",
     )
 
 

@@ -73,6 +73,11 @@ def known_data_folder(path: Path) -> DataFolder:
     return DataFolder(path, found)
 
 
+def kind_of(path: Path) -> DataKind | None:
+    """What the marker of a data folder says; None where it has none."""
+    return _read_kind(path / MARKER_NAME)
+
+
 def _no_file(path: Path) -> Path:
     with suppress(PermissionError):  # whoever reads or writes there says so
         there = next(each for each in (path, *path.parents) if each.exists())

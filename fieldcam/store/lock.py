@@ -25,8 +25,9 @@ class FolderLock:
         except OSError as error:
             if error.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
                 raise StorageError(
-                    f"{folder} cannot be written: {error.strerror}.",
-                    "`fieldcam follow`, `growth`, `evaluate` and `export` look at it as it is.",
+                    f"{path} cannot be written: {error.strerror}.",
+                    "Check the data folder's owner and that its disk is not read-only;"
+                    " `fieldcam follow`, `growth`, `evaluate` and `export` look at it as it is.",
                 ) from error
             raise storage_error(path, error) from error
         # Someone who tidies up alone is done within seconds.

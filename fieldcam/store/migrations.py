@@ -14,8 +14,13 @@ from pathlib import Path
 
 from sqlite_utils import Database
 
-from fieldcam.errors import DatabaseTooNew, StorageError
-from fieldcam.store.connection import APPLICATION_ID, storage_errors, writing
+from fieldcam.errors import DatabaseTooNew
+from fieldcam.store.connection import (
+    APPLICATION_ID,
+    refuse_foreign,
+    storage_errors,
+    writing,
+)
 
 
 @cache
@@ -37,13 +42,8 @@ def migrate(database: Database, path: Path) -> int:
 def check_version(database: Database, path: Path) -> None:
     """Refuse files of other programs and of newer versions of this one."""
     with storage_errors(path):
-        (owner,) = database.execute("PRAGMA application_id").fetchone()
-        (tables,) = database.execute("SELECT count(*) FROM sqlite_schema").fetchone()
+        refuse_foreign(database, path)
         version = version_of(database)
-    if owner not in (0, APPLICATION_ID) or (owner == 0 and tables):
-        raise StorageError(
-            f"{path} is not a database of fieldcam.", "Name another folder with --data."
-        )
     if version > len(steps()):
         raise DatabaseTooNew(
             f"{path} was written by a newer fieldcam (form {version};"

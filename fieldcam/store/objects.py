@@ -10,7 +10,8 @@ from pathlib import Path
 from fieldcam.store.durable import fsync_folder, storage_error, write_durably
 
 CALIBRATION_SUFFIX = ".yml"
-"""All other files are images."""
+FACTS_SUFFIX = ".json"
+"""Of what is known of a capture; all other files are images."""
 
 
 @dataclass(frozen=True, slots=True)

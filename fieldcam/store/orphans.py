@@ -13,7 +13,7 @@ from typing import Any
 
 from fieldcam.store.connection import rows
 from fieldcam.store.folder import DataKind
-from fieldcam.store.objects import CALIBRATION_SUFFIX
+from fieldcam.store.objects import CALIBRATION_SUFFIX, FACTS_SUFFIX
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.store.walk_rows import Capture, ObjectFile, ObjectRole
@@ -73,7 +73,11 @@ def orphans(store: Store) -> tuple[Path, ...]:
         " UNION SELECT file FROM object_file"
     )
     known = {row["name"] for row in rows(store.database, sql)}
-    found = (path for path in store.objects.names() if path.name not in known)
+    found = (
+        path
+        for path in store.objects.names()
+        if path.suffix != FACTS_SUFFIX and path.name not in known
+    )
     return tuple(sorted(found, key=lambda path: path.stat().st_mtime_ns))
 
 

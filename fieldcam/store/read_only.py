@@ -17,6 +17,7 @@ from sqlite_utils import Database
 from fieldcam.errors import StorageDamaged, StorageError
 from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.folder import DataFolder, known_data_folder
+from fieldcam.store.lost_rows import check_rows
 from fieldcam.store.migrations import check_version, steps, version_of
 from fieldcam.store.objects import Objects
 from fieldcam.store.private_copy import PrivateCopy
@@ -78,6 +79,7 @@ class ReadOnlyStore:
 def open_read_only(path: Path) -> ReadOnlyStore:
     """Raises a StorageError where there is nothing that this version can read."""
     folder, file = known_data_folder(path), path / DATABASE_NAME
+    check_rows(path, DATABASE_NAME)
     copy = None if _is_readable(file) else PrivateCopy(file)
     database = connect_read_only(file, BUSY_TIMEOUT_S) if copy is None else copy.database
     try:

@@ -11,9 +11,11 @@ from fieldcam.errors import StorageFull
 from fieldcam.store.clock import now
 from fieldcam.store.connection import rows
 from fieldcam.store.durable import storage_error
+from fieldcam.store.facts import all_facts
 from fieldcam.store.integrity import Fault, FileProblem, check_files, quick_check
 from fieldcam.store.journal import Clock
 from fieldcam.store.orphans import adopt_pairs, keep_loose, orphans, sweep
+from fieldcam.store.rebuilding import rebuild
 from fieldcam.store.rows import EntryId
 from fieldcam.store.seals import (
     DamagedReading,
@@ -103,7 +105,9 @@ def _take_up(store: Store) -> TakenUp:
         intact = [path for path in found if store.objects.is_intact(path.name)]
         broken = [FileProblem(None, p.name, Fault.CHANGED) for p in found if p not in set(intact)]
         try:
-            paired = adopt_pairs(store, intact)
+            rebuilt = rebuild(store, all_facts(store.objects)) if intact else ()
+            left_over = set(orphans(store))
+            paired = adopt_pairs(store, (path for path in intact if path in left_over))
             left_over = set(orphans(store))
             loose = keep_loose(store, (path for path in intact if path in left_over))
         except StorageFull:
@@ -111,7 +115,7 @@ def _take_up(store: Store) -> TakenUp:
             return TakenUp(swept, broken=tuple(broken), left=len(orphans(store)) - len(broken))
     except OSError as error:
         raise storage_error(Path(error.filename or store.folder.path), error) from error
-    return TakenUp(swept, paired, loose, tuple(broken))
+    return TakenUp(swept, rebuilt + paired, loose, tuple(broken))
 
 
 def _no_room(store: Store) -> str:

@@ -21,14 +21,16 @@ from fieldcam.errors import StorageError, StorageFull
 from fieldcam.store.captures import SavedCapture, camera_facts, keep_image, refuse_other_kind
 from fieldcam.store.clock import Moment, now
 from fieldcam.store.connection import connect, rows, writing
+from fieldcam.store.facts import dump_facts, facts_of
 from fieldcam.store.folder import DataFolder, DataKind, open_data_folder
 from fieldcam.store.identity import Identity, identify
 from fieldcam.store.imports import has_calibration
 from fieldcam.store.journal import Clock, append
 from fieldcam.store.judgement_rows import Undo
 from fieldcam.store.lock import FolderLock
+from fieldcam.store.lost_rows import check_rows
 from fieldcam.store.migrations import migrate
-from fieldcam.store.objects import CALIBRATION_SUFFIX, Objects
+from fieldcam.store.objects import CALIBRATION_SUFFIX, FACTS_SUFFIX, Objects
 from fieldcam.store.orchard_rows import Block, Operator, Tree
 from fieldcam.store.rows import Draft, EntryId, Row, new_id
 from fieldcam.store.space import Space
@@ -166,9 +168,11 @@ class Store:
         return name
 
     def add_capture(self, capture: Capture, shutter: Moment | None = None) -> SavedCapture:
-        """Write the row of a pair whose image files are durable already."""
+        """Write the row of a pair whose image files are durable already, its facts before it."""
         refuse_other_kind(self.folder, capture.simulated)
         draft = Draft(capture, new_id())
+        facts = facts_of(self.database, draft.id, capture, shutter)
+        self._with_reserve(lambda: self.objects.keep(dump_facts(facts), FACTS_SUFFIX))
         event = Event(EventKind.SHUTTER, capture.visit, draft.id, capture.tag_expected)
         shots = () if shutter is None else (Draft(event, new_id(), shutter),)
         self.append(draft, *shots)
@@ -248,7 +252,18 @@ class Store:
 
 
 def open_store(path: Path, kind: DataKind, clock: Clock = now, space: Space | None = None) -> Store:
-    """Open the data folder at `path` to write; it is made when it is missing."""
+    """Open the data folder at `path` to write; it is made when it is missing.
+
+    Raises RowsLost before anything is written where its database is not that of its pictures.
+    """
+    check_rows(path, DATABASE_NAME)
+    return open_unchecked(path, kind, clock, space)
+
+
+def open_unchecked(
+    path: Path, kind: DataKind, clock: Clock = now, space: Space | None = None
+) -> Store:
+    """The same, whatever pictures lie there without a row."""
     folder = open_data_folder(path, kind)
     lock = FolderLock(path)
     space = space or Space(path)

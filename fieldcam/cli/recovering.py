@@ -1,0 +1,101 @@
+"""`fieldcam recover`: a data folder in order again, after damage or loss."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fieldcam.cli.analyst import open_analyst
+from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
+from fieldcam.cli.console import emit, emit_json
+from fieldcam.cli.progress import progress
+from fieldcam.words import number_of
+
+if TYPE_CHECKING:
+    from fieldcam.session.catching_up import CaughtUp
+    from fieldcam.store.recovery import Recovered
+
+
+def register(commands: Subparsers[Parser]) -> None:
+    add_json(
+        add_command(
+            commands,
+            "recover",
+            "mend the data folder: database, rows of pictures, damaged readings",
+            _recover,
+        )
+    )
+
+
+def _recover(arguments: argparse.Namespace) -> None:
+    from fieldcam.store.folder import data_path
+    from fieldcam.store.recovery import recover
+
+    path = data_path(arguments.data)
+    found = recover(path)
+    read = _read(path)
+    if arguments.json:
+        emit_json(_document(found, read))
+    else:
+        emit("\n".join(recovery_lines(found, read)))
+
+
+def _read(path: Path) -> tuple[CaughtUp, ...]:
+    """Every picture that waits, with the networks that are installed."""
+    from fieldcam.session.catching_up import catch_up
+    from fieldcam.store.folder import known_data_folder
+    from fieldcam.store.resuming import waiting_for_analysis
+    from fieldcam.store.store import open_unchecked
+
+    with open_unchecked(path, known_data_folder(path).kind) as store:
+        waiting = len(waiting_for_analysis(store.database))
+        if not waiting:
+            return ()
+        with open_analyst(None, path, path) as analyst:
+            return tuple(progress(catch_up(store, analyst), waiting, "picture"))
+
+
+def recovery_lines(found: Recovered, read: tuple[CaughtUp, ...] = ()) -> Iterator[str]:
+    """What was done, in the operator's words."""
+    if found.kept_as is not None:
+        yield f"The database as it was is kept as {found.kept_as}."
+    if found.mended is not None:
+        rows, lost = found.mended.salvaged, found.mended.lost
+        yield f"Rows of the damaged database: {rows} taken over, {lost} lost."
+    else:
+        yield "The database is whole."
+    if found.pictures:
+        yield (
+            f"Rows made of the files beside the images: {number_of(found.pictures, 'picture')};"
+            " what was decided on them is to be decided again on the Walk screen."
+        )
+    # That pictures were taken up is said above.
+    yield from (s for s in found.report.sentences if not s.startswith("Pictures taken up"))
+    done = [each for each in read if not each.problem]
+    if done:
+        yield f"Read: {number_of(len(done), 'picture')}."
+    for problem in sorted({each.problem for each in read if each.problem}):
+        which = sum(each.problem == problem for each in read)
+        yield f"Not read: {number_of(which, 'picture')}. {problem}"
+    old = [each for each in found.files if each not in found.report.problems]
+    for file in old:
+        yield f"{file.name} is {file.fault}: it belongs to {file.belongs_to}."
+
+
+def _document(found: Recovered, read: tuple[CaughtUp, ...]) -> dict[str, object]:
+    mended = found.mended
+    return {
+        "kept_as": found.kept_as,
+        "rows_salvaged": None if mended is None else mended.salvaged,
+        "rows_lost": None if mended is None else mended.lost,
+        "pictures_rebuilt": found.pictures,
+        "damaged_readings": [each.picture for each in found.report.damaged],
+        "read": sum(not each.problem for each in read),
+        "unread": sum(bool(each.problem) for each in read),
+        "files": [
+            {"name": each.name, "fault": each.fault, "belongs_to": each.belongs_to}
+            for each in found.files
+        ],
+    }

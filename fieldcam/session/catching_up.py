@@ -1,0 +1,78 @@
+"""Reads every stored picture that has no reading, of all blocks and days."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from time import perf_counter
+
+from fieldcam.errors import AnalysisOff, FieldcamError
+from fieldcam.session.learning import learned
+from fieldcam.session.viewing import WalkView, expected_at
+from fieldcam.session.walk import Analyst
+from fieldcam.store.imports import failed_alike
+from fieldcam.store.judgement_rows import Action, Decision
+from fieldcam.store.lookups import row_of
+from fieldcam.store.readings import reading_row
+from fieldcam.store.resuming import Waiting, waiting_for_analysis
+from fieldcam.store.rows import Row
+from fieldcam.store.store import Store
+from fieldcam.store.walk_rows import AnalysisFailure
+from fieldcam.values import ClusterReading, Expectation, Status
+
+
+@dataclass(frozen=True, slots=True)
+class CaughtUp:
+    """What became of one picture."""
+
+    tag_id: int | None
+    problem: str = ""
+    """Why it has no reading still."""
+
+
+def catch_up(store: Store, analyst: Analyst) -> Iterator[CaughtUp]:
+    """One outcome for each; an imported picture without a doubt is accepted, as by an import."""
+    for picture in waiting_for_analysis(store.database):
+        started = perf_counter()
+        try:
+            reading = analyst.analyse(picture.saved, _expectation(store, picture))
+        except AnalysisOff:
+            raise
+        except FieldcamError as error:
+            _keep_failure(store, picture, error)
+            yield CaughtUp(picture.tag_expected, error.message)
+            continue
+        duration_ms = (perf_counter() - started) * 1000
+        store.append(
+            reading_row(picture.saved.key, reading, duration_ms),
+            *_learned(store, picture, reading),
+            *_accepted(store, picture, reading),
+        )
+        yield CaughtUp(picture.tag_expected)
+
+
+def _expectation(store: Store, picture: Waiting) -> Expectation:
+    if picture.visit is None:
+        return Expectation(picture.tag_expected)
+    return expected_at(store.database, picture.visit, picture.tag_expected)
+
+
+def _learned(store: Store, picture: Waiting, reading: ClusterReading) -> tuple[Row, ...]:
+    if picture.visit is None:
+        return ()
+    return tuple(learned(WalkView(store, picture.visit), picture.saved.key, reading))
+
+
+def _accepted(store: Store, picture: Waiting, reading: ClusterReading) -> tuple[Row, ...]:
+    capture = row_of(store.database, "capture", picture.saved.key)
+    decided = row_of(store.database, "capture_now", picture.saved.key)["decision"]
+    if capture["source"] is None or decided or reading.verdict.status is not Status.ACCEPT:
+        return ()
+    return (Decision(picture.saved.key, Action.ACCEPT),)
+
+
+def _keep_failure(store: Store, picture: Waiting, error: FieldcamError) -> None:
+    """Once, however often it is tried."""
+    key, cause = picture.saved.key, type(error).__name__
+    if not failed_alike(store.database, key, cause, error.message):
+        store.append(AnalysisFailure(key, cause, error.message))

@@ -1,0 +1,85 @@
+"""Whether a folder's database is the one of its pictures, found out before anything is written.
+
+A database that was copied without its write-ahead log after a crash lacks its last rows,
+or all of them; going on with it would hide them for good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from itertools import islice
+from pathlib import Path
+
+from sqlite_utils import Database
+
+from fieldcam.errors import RowsLost
+from fieldcam.store.connection import connect_untouched, rows
+from fieldcam.store.objects import CALIBRATION_SUFFIX, FACTS_SUFFIX, Objects
+from fieldcam.words import number_of
+
+MOST_LEFT = 4
+"""Images without a row that crashes leave behind: two pairs."""
+IMAGES_OF = "SELECT left_file AS name FROM capture UNION SELECT right_file FROM capture"
+
+
+def check_rows(path: Path, database_name: str) -> None:
+    """Raises RowsLost where many pictures of the data folder at `path` have no row."""
+    objects, file = Objects(path), path / database_name
+    images = {found.name for found in objects.names() if _is_image(found)}
+    if not images:
+        return
+    known = _known(file)
+    lost = images if known is None else images - known
+    few = 0 if known is None else MOST_LEFT
+    if len(lost) <= few or not _more_intact(objects, lost, few):
+        return
+    raise RowsLost(_seen(path, file, len(lost), len(images)), _HINT)
+
+
+_HINT = (
+    "If the folder was copied, copy these files too. Where they are lost, `fieldcam recover`"
+    " makes new rows of the pictures; until then nothing is written."
+)
+
+
+def _seen(path: Path, file: Path, lost: int, images: int) -> str:
+    pictures = number_of((images + 1) // 2, "picture")
+    log = f"{file.name}-wal"
+    if not file.is_file():
+        return f"{path} holds {pictures} and no database: is {file.name}, with {log}, missing?"
+    which = "any" if lost == images else str((lost + 1) // 2)
+    seen = f"{path} holds {pictures}, and {file.name} has no row for {which} of them:"
+    if file.with_name(log).exists():
+        return f"{seen} is it the database of this folder?"
+    return f"{seen} was {log} beside it, and was it copied too?"
+
+
+def _is_image(path: Path) -> bool:
+    return path.suffix not in (CALIBRATION_SUFFIX, FACTS_SUFFIX)
+
+
+def _more_intact(objects: Objects, names: set[str], few: int) -> bool:
+    """Whether more than so many are whole; the others are left alone at each start."""
+    whole = (name for name in sorted(names) if objects.is_intact(name))
+    return len(list(islice(whole, few + 1))) > few
+
+
+def _known(file: Path) -> set[str] | None:
+    """Images that a row names; None where there are no tables at all."""
+    if not file.is_file():
+        return None
+    with closing(connect_untouched(file)) as database:
+        tables = set(database.table_names())
+        if "capture" not in tables:
+            # Another program's file is refused by its own sentence.
+            return None if not tables else set(_all_images(file))
+        return {row["name"] for row in _named(database)}
+
+
+def _named(database: Database) -> Iterator[dict[str, str]]:
+    yield from rows(database, f"{IMAGES_OF} UNION SELECT file FROM object_file")
+
+
+def _all_images(file: Path) -> Iterator[str]:
+    return (path.name for path in Objects(file.parent).names())
