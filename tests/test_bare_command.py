@@ -10,16 +10,17 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from stored_walks import FIRST_DAY, raw_pair
+from stored_walks import FIRST_DAY, MadeWalk, raw_pair, small_store
 
 from fieldcam.cli import app, console, main
-from fieldcam.errors import ExitCode, StorageFull
+from fieldcam.errors import ExitCode, RowsLost, StorageError, StorageFull
 from fieldcam.store.blocks import block_named
 from fieldcam.store.durable import storage_error
 from fieldcam.store.folder import DataKind
 from fieldcam.store.store import DATABASE_NAME, Store, open_store
 from fieldcam.store.walks import walk_route
 from fieldcam.tui.offer import Choice, Offer
+from fieldcam.tui.recover_offer import RecoverOffer
 
 Capture = pytest.CaptureFixture[str]
 
@@ -31,6 +32,7 @@ def terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("FIELDCAM_DATA", raising=False)
     monkeypatch.setattr(app, "at_a_terminal", lambda: True)
     monkeypatch.setattr(app, "checked_models", lambda data: None)
+    monkeypatch.setattr("fieldcam.tui.recover_offer.may_recover", lambda trouble: False)
 
 
 @pytest.fixture
@@ -287,3 +289,53 @@ def test_a_file_for_the_data_folder_is_refused_at_once(
     out, err = capsys.readouterr()
     assert out == "" and not shown and not opened
     assert err == f"fieldcam: {file} is a file, not a folder. Name a folder with --data.\n"
+
+
+@pytest.mark.parametrize("yes", [True, False])
+@pytest.mark.parametrize("trouble", ["lost", "damaged"])
+def test_recovering_is_asked_for_before_anything_is_written(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    opened: list[Sequence[str]],
+    capsys: Capture,
+    trouble: str,
+    yes: bool,
+) -> None:
+    data = tmp_path / "data"
+    with small_store(data) as store:
+        walk = MadeWalk(store)
+        walk.take(walk.visit(), 11)
+    file = data / DATABASE_NAME
+    if trouble == "lost":
+        file.unlink()
+    else:
+        damage(data)
+    before = {path: path.read_bytes() for path in data.rglob("*") if path.is_file()}
+    asked: list[str] = []
+
+    def may_recover(error: StorageError) -> bool:
+        asked.append(error.message)
+        return yes
+
+    monkeypatch.setattr("fieldcam.tui.recover_offer.may_recover", may_recover)
+    assert main(["--data", str(data)]) == (ExitCode.OK if yes else ExitCode.STORAGE)
+    assert len(asked) == 1
+    if yes:
+        assert any("Rows made of the files" in line for line in opened[0])
+    else:
+        after = {path: path.read_bytes() for path in data.rglob("*") if path.is_file()}
+        assert after == before
+        assert asked[0] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("key", "wanted"), [("r", True), ("q", None), ("escape", None)])
+def test_recovering_takes_its_own_key(key: str, wanted: bool | None) -> None:
+    async def press() -> bool | None:
+        offer = RecoverOffer(RowsLost("3 pictures and no database.", "Recover."))
+        async with offer.run_test(size=(80, 24)) as pilot:
+            await pilot.press("enter", "space")
+            assert offer.return_value is None
+            await pilot.press(key)
+        return offer.return_value
+
+    assert asyncio.run(press()) is wanted

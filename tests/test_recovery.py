@@ -111,7 +111,7 @@ def test_a_copy_without_the_log_is_told_and_left_alone(
 ) -> None:
     with crashed(tmp_path / "data", tmp_path / "card") as card:
         before = contents(card)
-        with pytest.raises(RowsLost, match="was fieldcam[.]db-wal beside it"):
+        with pytest.raises(RowsLost, match="-wal beside it"):
             opened(card)
         assert contents(card) == before
         log = tmp_path / "data" / f"{DATABASE_NAME}-wal"
@@ -275,5 +275,5 @@ def test_facts_round_trip(name: str, shutter: Moment | None, tree: str | None) -
 
 @pytest.mark.parametrize("content", [b"", b"{}", b"[]", b'{"schema": 2}', b'{"schema": 1}'])
 def test_what_are_no_facts_is_refused(content: bytes) -> None:
-    with pytest.raises(ValueError, match="."):
+    with pytest.raises(ValueError, match=r"facts|Expecting"):
         load_facts(content)

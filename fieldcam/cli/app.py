@@ -9,7 +9,14 @@ from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import at_a_terminal
 from fieldcam.cli.launcher import launch
 from fieldcam.cli.networks import checked_models
-from fieldcam.errors import BadInput, DeviceError, FieldcamError
+from fieldcam.errors import (
+    BadInput,
+    DeviceError,
+    FieldcamError,
+    RowsLost,
+    StorageDamaged,
+    StorageError,
+)
 from fieldcam.models import Models
 from fieldcam.store.folder import data_path, demo_beside
 
@@ -30,11 +37,17 @@ def open_app(data: Path | None, parser: Parser) -> None:
 
 
 def _open(data: Path | None, parser: Parser) -> None:
+    from fieldcam.store.lost_rows import check_rows
     from fieldcam.store.store import DATABASE_NAME
     from fieldcam.tui.field import walk_field
     from fieldcam.tui.offer import Choice, offered
 
     path = data_path(data)
+    lines: list[str] = []
+    try:
+        check_rows(path, DATABASE_NAME)
+    except (RowsLost, StorageDamaged) as trouble:
+        lines = _recovered(path, trouble)
     no_camera = "" if (path / DATABASE_NAME).exists() else _no_camera(path)
     if no_camera:
         choice = offered(no_camera)
@@ -45,7 +58,22 @@ def _open(data: Path | None, parser: Parser) -> None:
             demo.data = None if data is None else demo_beside(path)
             demo.handler(demo)
             return
-    walk_field(path, *_networks(data))
+    models, problems = _networks(data)
+    try:
+        walk_field(path, models, [*problems, *lines])
+    except StorageDamaged as trouble:
+        walk_field(path, models, [*problems, *_recovered(path, trouble)])
+
+
+def _recovered(path: Path, trouble: StorageError) -> list[str]:
+    """What was done, once the operator said yes; raises what is wrong where it was no."""
+    from fieldcam.store.recovery import recover
+    from fieldcam.store.recovery_words import recovery_lines
+    from fieldcam.tui.recover_offer import may_recover
+
+    if not may_recover(trouble):
+        raise trouble
+    return list(recovery_lines(recover(path)))
 
 
 def _no_camera(data: Path) -> str:

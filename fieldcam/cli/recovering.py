@@ -39,7 +39,7 @@ def _recover(arguments: argparse.Namespace) -> None:
     if arguments.json:
         emit_json(_document(found, read))
     else:
-        emit("\n".join(recovery_lines(found, read)))
+        emit("\n".join(_lines(found, read)))
 
 
 def _read(path: Path) -> tuple[CaughtUp, ...]:
@@ -57,31 +57,16 @@ def _read(path: Path) -> tuple[CaughtUp, ...]:
             return tuple(progress(catch_up(store, analyst), waiting, "picture"))
 
 
-def recovery_lines(found: Recovered, read: tuple[CaughtUp, ...] = ()) -> Iterator[str]:
-    """What was done, in the operator's words."""
-    if found.kept_as is not None:
-        yield f"The database as it was is kept as {found.kept_as}."
-    if found.mended is not None:
-        rows, lost = found.mended.salvaged, found.mended.lost
-        yield f"Rows of the damaged database: {rows} taken over, {lost} lost."
-    else:
-        yield "The database is whole."
-    if found.pictures:
-        yield (
-            f"Rows made of the files beside the images: {number_of(found.pictures, 'picture')};"
-            " what was decided on them is to be decided again on the Walk screen."
-        )
-    # That pictures were taken up is said above.
-    yield from (s for s in found.report.sentences if not s.startswith("Pictures taken up"))
+def _lines(found: Recovered, read: tuple[CaughtUp, ...]) -> Iterator[str]:
+    from fieldcam.store.recovery_words import recovery_lines
+
+    yield from recovery_lines(found)
     done = [each for each in read if not each.problem]
     if done:
         yield f"Read: {number_of(len(done), 'picture')}."
     for problem in sorted({each.problem for each in read if each.problem}):
         which = sum(each.problem == problem for each in read)
         yield f"Not read: {number_of(which, 'picture')}. {problem}"
-    old = [each for each in found.files if each not in found.report.problems]
-    for file in old:
-        yield f"{file.name} is {file.fault}: it belongs to {file.belongs_to}."
 
 
 def _document(found: Recovered, read: tuple[CaughtUp, ...]) -> dict[str, object]:

@@ -70,6 +70,13 @@ class StartupReport:
     @property
     def sentences(self) -> tuple[str, ...]:
         """One for each thing that the operator should know; none when all is well."""
+        taken = len(self.taken_up.captures)
+        said = f"Pictures taken up that a crash had left without a row: {taken}."
+        return (said, *self.beside_pictures) if taken else self.beside_pictures
+
+    @property
+    def beside_pictures(self) -> tuple[str, ...]:
+        """The same, but for the pictures that were taken up."""
         return tuple(_sentences(self))
 
 
@@ -134,8 +141,6 @@ def _clock_behind(store: Store, clock: Clock) -> timedelta | None:
 
 def _sentences(report: StartupReport) -> Iterator[str]:
     taken_up = report.taken_up
-    if taken_up.captures:
-        yield f"Pictures taken up that a crash had left without a row: {len(taken_up.captures)}."
     if taken_up.loose:
         yield f"Single images kept without their other eye: {len(taken_up.loose)}."
     broken = [*taken_up.broken, *(p for p in report.problems if p.fault is Fault.CHANGED)]
