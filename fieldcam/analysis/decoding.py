@@ -14,6 +14,7 @@ from pathlib import Path
 
 from fieldcam.errors import ImageUnreadable
 from fieldcam.exchange.image_formats import RAW_SUFFIXES
+from fieldcam.safe_path import PYTHON
 from fieldcam.store.raw_images import decode_raw, encode_raw
 from fieldcam.values import ImageU8
 
@@ -37,7 +38,7 @@ def stored_image(path: Path) -> ImageU8:
 @lru_cache(maxsize=2)
 def _decoded(path: Path) -> ImageU8:
     """Kept for a screen that draws the same picture anew; a name says what is in its file."""
-    command = [sys.executable, "-P", "-m", "fieldcam.analysis.decoding", str(path)]
+    command = [*PYTHON, "-m", "fieldcam.analysis.decoding", str(path)]
     try:
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, timeout=DEADLINE_S, check=False

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from contextlib import suppress
 from pathlib import Path
 from subprocess import PIPE, Popen, TimeoutExpired
@@ -15,6 +14,7 @@ from fieldcam.analysis.frames import FrameInvalid, Frames, frame
 from fieldcam.analysis.replies import Reply, decode_reply
 from fieldcam.analysis.requests import Request, encode_request
 from fieldcam.errors import AnalysisFailed
+from fieldcam.safe_path import PYTHON
 
 KEPT = "The picture is kept."
 _PIECE_BYTES = 1 << 20
@@ -28,8 +28,7 @@ class AnalysisProcess:
     """One child; every method raises AnalysisFailed once it is lost."""
 
     def __init__(self, work: str, log: Path | None) -> None:
-        # -P: a folder of the operator must not stand in for a module of ours.
-        command = [sys.executable, "-P", "-m", "fieldcam.analysis.child", work, str(os.getpid())]
+        command = [*PYTHON, "-m", "fieldcam.analysis.child", work, str(os.getpid())]
         try:
             with _open_log(log) as output:
                 self._process = Popen(command, stdin=PIPE, stdout=PIPE, stderr=output, bufsize=0)

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 from fieldcam.errors import CameraUnplugged, FieldcamError
 from fieldcam.parentage import die_with
+from fieldcam.safe_path import keep_children_safe
 from fieldcam.values import RawPair
 
 NICENESS = 15
@@ -28,6 +29,7 @@ class PictureProcess:
     """Answers one request after the other; any thread may ask."""
 
     def __init__(self, prepare: Prepare, *arguments: object) -> None:
+        keep_children_safe()
         context = get_context("spawn")
         self._connection, theirs = context.Pipe()
         self._lock = threading.Lock()

@@ -33,6 +33,7 @@ from fieldcam.cli import (
 from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import flush, narrate
 from fieldcam.errors import OF_SIGNALS, ExitCode, FieldcamError, OutputLost, Stopped
+from fieldcam.safe_path import keep_children_safe
 
 GROUPS = (
     sizing,
@@ -55,6 +56,7 @@ GROUPS = (
 
 def entry_point() -> None:
     """The installed command."""
+    keep_children_safe()
     sys.exit(main())
 
 

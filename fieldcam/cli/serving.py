@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from pathlib import Path
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, port_number
 from fieldcam.cli.console import at_a_terminal, narrate
 from fieldcam.errors import BadInput, ExtraMissing, FieldcamError
+from fieldcam.safe_path import PYTHON
 from fieldcam.store.folder import data_path
 
 LOOPBACK = "127.0.0.1"
@@ -55,7 +55,7 @@ def _serve(arguments: argparse.Namespace) -> None:
         narrate(f"The walk is shown at {page_address(listener)} (Ctrl+C ends this).")
         _say_what_is_missing(data)
         gate = None if is_for_this_machine_only(listener) else Gate(_show_code)
-        command = (sys.executable, "-m", "fieldcam", "--data", str(data))
+        command = (*PYTHON, "-m", "fieldcam", "--data", str(data))
         run(PhoneServer((*command, "follow"), gate), listener)
 
 
