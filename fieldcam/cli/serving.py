@@ -45,6 +45,7 @@ def _serve(arguments: argparse.Namespace) -> None:
     try:
         from fieldcam.serving.addresses import is_for_this_machine_only, listen, page_address
         from fieldcam.serving.gate import Gate
+        from fieldcam.serving.logs import keep_terminal_quiet
         from fieldcam.serving.server import PhoneServer, run
     except ImportError as error:
         raise ExtraMissing(
@@ -54,6 +55,7 @@ def _serve(arguments: argparse.Namespace) -> None:
     with listen(arguments.host, arguments.port) as listener:
         narrate(f"The walk is shown at {page_address(listener)} (Ctrl+C ends this).")
         _say_what_is_missing(data)
+        keep_terminal_quiet(data)
         gate = None if is_for_this_machine_only(listener) else Gate(_show_code)
         command = (*PYTHON, "-m", "fieldcam", "--data", str(data))
         run(PhoneServer((*command, "follow"), gate), listener)
@@ -70,4 +72,4 @@ def _say_what_is_missing(data: Path) -> None:
 
 
 def _show_code(code: str) -> None:
-    narrate(f"Code for the next browser: {code[:3]} {code[3:]}")
+    narrate(f"Code for the next browser: {code[:4]} {code[4:]}")

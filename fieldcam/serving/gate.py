@@ -7,11 +7,12 @@ import hmac
 import secrets
 from collections.abc import Callable
 
-DIGITS = 6
-TRIES = 5
-"""Wrong ones, before the code is another."""
+DIGITS = 8
+TRIES = 10_000
+"""Wrong ones, before the code is another: rare enough that nobody can keep a code from being
+typed, and one in 10,000 that somebody guesses it before."""
 WRONG_S = 1.0
-"""Nobody tries more than one code in this time, whatever the number of connections."""
+"""Nobody tries more than one code in this time from one address; others do not wait for it."""
 
 
 class Gate:
@@ -19,22 +20,28 @@ class Gate:
 
     def __init__(self, show: Callable[[str], None], wrong_s: float = WRONG_S) -> None:
         self._show, self._wrong_s = show, wrong_s
-        self._trying = asyncio.Lock()
+        self._waiting: set[str] = set()
+        """Addresses that tried a wrong code just now."""
         self._passes: list[str] = []
         self._renew()
 
-    async def admit(self, typed: str) -> str | None:
-        """A pass for this browser, or None where it is another code."""
-        async with self._trying:
-            if _same("".join(typed.split()), self._code):
-                self._passes.append(secrets.token_urlsafe(32))
-                self._renew()
-                return self._passes[-1]
-            await asyncio.sleep(self._wrong_s)
-            self._tries += 1
-            if self._tries == TRIES:
-                self._renew()
+    async def admit(self, typed: str, address: str) -> str | None:
+        """A pass for this browser, or None where it is another code, or was tried too soon."""
+        if address in self._waiting:
             return None
+        if _same("".join(typed.split()), self._code):
+            self._passes.append(secrets.token_urlsafe(32))
+            self._renew()
+            return self._passes[-1]
+        self._waiting.add(address)
+        try:
+            await asyncio.sleep(self._wrong_s)
+        finally:
+            self._waiting.discard(address)
+        self._tries += 1
+        if self._tries == TRIES:
+            self._renew()
+        return None
 
     def knows(self, shown: str) -> bool:
         """Whether this is a pass."""
@@ -47,4 +54,4 @@ class Gate:
 
 def _same(left: str, right: str) -> bool:
     """In a time that tells nothing of where they differ."""
-    return hmac.compare_digest(left.encode(), right.encode())
+    return hmac.compare_digest(left.encode(errors="replace"), right.encode(errors="replace"))

@@ -9,6 +9,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from importlib.resources import files
 from pathlib import Path
 from socket import socket as Socket
+from urllib.parse import parse_qs
 
 import textual_serve
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
@@ -69,7 +70,11 @@ class PhoneServer:
             return _refusal("Another page asked for this.")
         if request.path not in ("/", "/code") and not self._may_look(request):
             return _refusal("The laptop shows a code: type it on the first page.")
-        response = await handler(request)
+        try:
+            response = await handler(request)
+        except (ValueError, LookupError, OSError):
+            # What a stranger sends may be anything; a browser that is gone needs no answer.
+            return _refusal("That cannot be answered.", status=400)
         if not response.prepared:
             response.headers.update(HEADERS)
         return response
@@ -89,10 +94,10 @@ class PhoneServer:
         return web.Response(status=204)
 
     async def _code(self, request: web.Request) -> web.Response:
-        typed = (await request.post()).get("code")
+        typed = parse_qs((await request.read()).decode("ascii", errors="replace")).get("code")
         given = None
-        if self._gate is not None and isinstance(typed, str):
-            given = await self._gate.admit(typed)
+        if self._gate is not None and typed:
+            given = await self._gate.admit(typed[0], request.remote or "")
         if given is None:
             wrong = _read("code.html").replace("<!-- said -->", "That is not the code.")
             return web.Response(text=wrong, content_type="text/html", status=403)
@@ -148,8 +153,8 @@ def run(server: PhoneServer, listener: Socket) -> None:
     )
 
 
-def _refusal(sentence: str) -> web.Response:
-    return web.Response(status=403, text=f"{sentence}\n", headers=HEADERS)
+def _refusal(sentence: str, status: int = 403) -> web.Response:
+    return web.Response(status=status, text=f"{sentence}\n", headers=HEADERS)
 
 
 def _read(name: str) -> str:
