@@ -180,7 +180,7 @@ def test_a_camera_that_gives_nothing_leaves_nothing(
     plug(CaptureTimeout("The camera sent no picture within 5 s."))
     code, out, err = run(capsys, tmp_path / "out")
     assert (code, out) == (ExitCode.DEVICE, "") and "no picture" in err
-    assert list((tmp_path / "out").iterdir()) == []
+    assert list(tmp_path.iterdir()) == []
 
 
 SCENE = np.random.default_rng(3).integers(0, 255, (60, 100), np.uint8)

@@ -24,17 +24,32 @@ def take_pairs(folder: Path, board: Board, enough: int, data: Path) -> None:
     folder sets up.
     """
     from fieldcam.camera.finding import open_camera
-    from fieldcam.store.durable import make_folder, storage_error
+
+    _check_empty(folder)
+    with open_camera(data) as camera:
+        # Only now: without a camera no empty folder is left behind.
+        _make(folder)
+        narrate(f"Pictures go to {folder}. Ctrl+C ends; `fieldcam calibrate {folder}` uses them.")
+        _take(camera, folder, board, enough)
+
+
+def _check_empty(folder: Path) -> None:
+    from fieldcam.store.durable import storage_error
 
     try:
         if folder.exists() and any(folder.iterdir()):
             raise BadInput(f"{folder} is not empty.", "Name a new folder for the pictures.")
+    except OSError as error:
+        raise storage_error(folder, error) from error
+
+
+def _make(folder: Path) -> None:
+    from fieldcam.store.durable import make_folder, storage_error
+
+    try:
         make_folder(folder)
     except OSError as error:
         raise storage_error(folder, error) from error
-    narrate(f"Pictures go to {folder}. Ctrl+C ends; `fieldcam calibrate {folder}` uses them.")
-    with open_camera(data) as camera:
-        _take(camera, folder, board, enough)
 
 
 def _take(camera: FlashStereoDevice, folder: Path, board: Board, enough: int) -> None:

@@ -56,7 +56,7 @@ def register(actions: Subparsers[Parser]) -> None:
 
 def _grab(arguments: argparse.Namespace) -> None:
     """Whatever goes wrong, the pairs that were taken before it are told."""
-    _prepare(arguments.out)
+    _check_folder(arguments.out)
     taken: list[Grabbed] = []
     trouble: DeviceError | StorageError | None = None
     try:
@@ -78,22 +78,23 @@ def _grab(arguments: argparse.Namespace) -> None:
         raise trouble
 
 
-def _prepare(folder: Path) -> None:
-    """Found out before the flash fires, not after."""
+def _check_folder(folder: Path) -> None:
+    """Found out before the flash fires, not after; it is made with the first pair."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     except OSError as error:
         raise BadInput(f"{folder} cannot be written: {error.strerror}.") from error
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise BadInput(f"{folder} cannot be written.", "Name a folder of your own.")
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        why = "it is no folder" if not there.is_dir() else "it is not yours to write into"
+        raise BadInput(f"{there} cannot be written: {why}.", "Name a folder of your own.")
 
 
 def _pairs(arguments: argparse.Namespace) -> Iterator[Grabbed]:
     from fieldcam.camera.finding import open_camera
     from fieldcam.session.grabbing import grab_pairs
-    from fieldcam.store.folder import data_path
+    from fieldcam.store.folder import data_path_if_any
 
-    with open_camera(data_path(arguments.data)) as camera:
+    with open_camera(data_path_if_any(arguments.data)) as camera:
         _check_serial(camera, arguments.serial)
         for note in camera.notes:
             narrate(note)

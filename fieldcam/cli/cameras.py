@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
+import fieldcam
 from fieldcam.cli import camera_features, camera_grab, camera_probe
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
 from fieldcam.cli.camera_listing import camera_entry, camera_lines
 from fieldcam.cli.console import emit, emit_json, narrate
 
 GROUPS = (camera_probe, camera_grab, camera_features)
+RULE = Path(fieldcam.__file__).parent / "systemd/60-fieldcam-camera.rules"
 NONE = "No USB3 Vision camera is attached."
 
 
@@ -17,6 +20,7 @@ def register(commands: Subparsers[Parser]) -> None:
     parser = commands.add_parser("camera", help="cameras and what they can be set to")
     actions = parser.add_subparsers(title="actions", metavar="ACTION", required=True)
     add_json(add_command(actions, "list", "list the USB3 Vision cameras that are attached", _list))
+    add_command(actions, "rule", "print the udev rule that lets you use the camera", _rule)
     for group in GROUPS:
         group.register(actions)
 
@@ -31,3 +35,7 @@ def _list(arguments: argparse.Namespace) -> None:
         emit("\n\n".join("\n".join(camera_lines(camera)) for camera in cameras) or NONE)
     if not cameras:
         narrate("`fieldcam camera probe` shows other USB devices that could be one.")
+
+
+def _rule(arguments: argparse.Namespace) -> None:
+    emit(RULE.read_text(encoding="utf-8").rstrip())

@@ -34,6 +34,7 @@ from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import flush, narrate
 from fieldcam.errors import OF_SIGNALS, ExitCode, FieldcamError, OutputLost, Stopped
 from fieldcam.safe_path import keep_children_safe
+from fieldcam.user_folders import UserFolder, user_folder
 
 GROUPS = (
     sizing,
@@ -140,7 +141,9 @@ def build_parser() -> Parser:
 
 def _record_defect() -> Path:
     """Append the traceback to the log file; gives that file's path."""
-    for folder in (_state_folder(), Path(tempfile.gettempdir())):
+    user = user_folder(UserFolder.STATE)
+    folders = [] if user is None else [user / "fieldcam"]
+    for folder in [*folders, Path(tempfile.gettempdir())]:
         path = folder / "fieldcam.log"
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -156,8 +159,3 @@ def _record_defect() -> Path:
         handler.close()
         return path
     return Path(os.devnull)
-
-
-def _state_folder() -> Path:
-    configured = Path(os.environ.get("XDG_STATE_HOME", ""))
-    return (configured if configured.is_absolute() else Path.home() / ".local/state") / "fieldcam"

@@ -11,7 +11,7 @@ from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import check_network
 from fieldcam.errors import ModelMissing
 from fieldcam.models import ModelFile, Role, add_model, find_models, verify_model
-from fieldcam.store.folder import data_path
+from fieldcam.store.folder import data_path, data_path_if_any
 
 
 def register(commands: Subparsers[Parser]) -> None:
@@ -33,7 +33,7 @@ def register(commands: Subparsers[Parser]) -> None:
 
 
 def _list(arguments: argparse.Namespace) -> None:
-    models = find_models(data_path(arguments.data))
+    models = find_models(data_path_if_any(arguments.data))
     if arguments.json:
         emit_json({"models": [_entry(model) for model in models.files]})
         return
@@ -45,7 +45,7 @@ def _list(arguments: argparse.Namespace) -> None:
 
 
 def _verify(arguments: argparse.Namespace) -> None:
-    models = find_models(data_path(arguments.data))
+    models = find_models(data_path_if_any(arguments.data))
     problems = {model.role: _problem(model) for model in models.files}
     if arguments.json:
         entries = [

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fieldcam.models import Models, Role, find_models, verify_model
-from fieldcam.store.folder import data_path
+from fieldcam.store.folder import data_path_if_any
 
 if TYPE_CHECKING:
     from fieldcam.vision.segmentation import Segmenter
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def checked_models(data: Path | None) -> Models:
     """The networks in use; `data` is what `--data` said."""
-    models = find_models(data_path(data))
+    models = find_models(data_path_if_any(data))
     for model in models.files:
         verify_model(model)
     return models

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -166,11 +167,11 @@ def _rounded(pixels: Sequence[float]) -> list[float]:
 def _save(path: Path, disparity: FloatMap) -> None:
     import numpy as np
 
-    try:
-        with path.open("wb") as stream:
-            np.save(stream, disparity)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be written: {error.strerror}.") from error
+    from fieldcam.exchange.targets import write_target
+
+    written = BytesIO()
+    np.save(written, disparity)
+    write_target(path, written.getvalue())
 
 
 def _known_share(disparity: FloatMap) -> float:

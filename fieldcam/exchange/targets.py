@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 
-from fieldcam.errors import BadInput
+from fieldcam.errors import BadInput, StorageError
+from fieldcam.store.durable import storage_error, write_durably
+
+_MISNAMED = {
+    errno.EACCES,
+    errno.EISDIR,
+    errno.ENAMETOOLONG,
+    errno.ENOENT,
+    errno.ENOTDIR,
+    errno.EPERM,
+}
+"""Another name helps; all else is the disk's."""
 
 
 def check_target(path: Path, suffix: str, why: str) -> None:
@@ -25,8 +38,24 @@ def check_new_target(path: Path, suffix: str, why: str) -> None:
 
 
 def write_target(path: Path, content: bytes) -> None:
-    """Write it, over what was there."""
+    """Write it, in place of what was there only once it is whole.
+
+    Raises BadInput where the name is at fault, StorageError where the disk is.
+    """
     try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be written: {error.strerror}.") from error
+        target = Path(os.path.realpath(path))
+        if not target.parent.is_dir():
+            raise BadInput(f"{path} cannot be written: there is no folder {target.parent}.")
+        if target.exists() and not target.is_file():
+            target.write_bytes(content)  # a pipe or a device, whose place no file may take
+        else:
+            write_durably(target, content)
+    except (OSError, StorageError) as error:
+        raise _unwritable(path, error) from error
+
+
+def _unwritable(path: Path, error: OSError | StorageError) -> BadInput | StorageError:
+    cause = error if isinstance(error, OSError) else error.__cause__
+    if isinstance(cause, OSError) and cause.errno in _MISNAMED:
+        return BadInput(f"{path} cannot be written: {cause.strerror}.")
+    return storage_error(path, error) if isinstance(error, OSError) else error

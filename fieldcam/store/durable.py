@@ -13,6 +13,7 @@ from uuid import uuid4
 from fieldcam.errors import StorageError, StorageFull
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+_NO_FOLDER_SYNC = (errno.EINVAL, errno.ENOTSUP)
 
 
 def write_durably(path: Path, content: bytes) -> None:
@@ -21,16 +22,22 @@ def write_durably(path: Path, content: bytes) -> None:
     Temporary name, fsync, rename, fsync of the folder. The folder is made when
     it is missing.
     """
-    temporary = path.with_name(f".{path.name}.{uuid4().hex}.part")
+    temporary = part_of(path)
     try:
         make_folder(path.parent)
         _write_through(temporary, content)
         temporary.replace(path)
         fsync_folder(path.parent)
     except OSError as error:
+        raise storage_error(path, error) from error
+    finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
-        raise storage_error(path, error) from error
+
+
+def part_of(path: Path) -> Path:
+    """A new name beside it, for what is not whole yet; short, as its own may be the longest."""
+    return path.with_name(f".{uuid4().hex}.part")
 
 
 def write_folder_durably(folder: Path, files: Mapping[str, bytes]) -> None:
@@ -38,7 +45,7 @@ def write_folder_durably(folder: Path, files: Mapping[str, bytes]) -> None:
 
     The same way as `write_durably`; nothing may lie under its name yet.
     """
-    temporary = folder.with_name(f".{folder.name}.{uuid4().hex}.part")
+    temporary = part_of(folder)
     try:
         make_folder(temporary)
         for name, content in files.items():
@@ -73,7 +80,7 @@ def storage_error(path: Path, error: OSError) -> StorageError:
     reason = error.strerror or str(error)
     return StorageError(
         f"{path} cannot be written: {reason}.",
-        "Check the data folder's owner and that its disk is not read-only.",
+        "Check the folder's owner and that its disk is not read-only.",
     )
 
 
@@ -82,5 +89,9 @@ def fsync_folder(folder: Path) -> None:
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)
+    except OSError as error:
+        # Some network file systems know no such thing, and keep names in an order of their own.
+        if error.errno not in _NO_FOLDER_SYNC:
+            raise
     finally:
         os.close(descriptor)

@@ -5,20 +5,19 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 from pathlib import Path
-from uuid import uuid4
 
 from sqlite_utils import Database
 
 from fieldcam.errors import StorageError
 from fieldcam.store.connection import storage_errors
-from fieldcam.store.durable import fsync_folder, make_folder, storage_error
+from fieldcam.store.durable import fsync_folder, make_folder, part_of, storage_error
 
 
 def export_database(database: Database, target: Path) -> None:
     """Write all rows to a new file that needs no write-ahead log beside it."""
     if target.exists():
         raise StorageError(f"{target} is there already.", "Name a file that does not exist.")
-    temporary = target.with_name(f".{target.name}.{uuid4().hex}.part")
+    temporary = part_of(target)
     try:
         make_folder(target.parent)
         with storage_errors(target):

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from fieldcam.errors import StorageError
+from fieldcam.errors import BadInput, StorageError
 from fieldcam.store.durable import write_durably
+from fieldcam.user_folders import UserFolder, expanded, user_folder
 
 DATA_VARIABLE = "FIELDCAM_DATA"
 MARKER_NAME = "fieldcam-data.json"
@@ -37,13 +38,25 @@ class DataFolder:
 
 def data_path(option: Path | None, kind: DataKind = DataKind.FIELD) -> Path:
     """The data folder's path; nothing is made, but what cannot be a folder is refused."""
+    path = data_path_if_any(option, kind)
+    if path is None:
+        raise StorageError(
+            "This user has no home folder to keep data in.",
+            f"Name a folder with --data or {DATA_VARIABLE}.",
+        )
+    return path
+
+
+def data_path_if_any(option: Path | None, kind: DataKind = DataKind.FIELD) -> Path | None:
+    """For what only looks there for networks or settings; None where no folder is known."""
     if option is not None:
-        return _no_file(option.expanduser().resolve())
+        return _folder(option)
     if variable := os.environ.get(DATA_VARIABLE):
-        named = Path(variable).expanduser().resolve()
-        return _no_file(named if kind is DataKind.FIELD else demo_beside(named))
+        named = _folder(Path(variable))
+        return named if kind is DataKind.FIELD else _no_file(demo_beside(named))
     name = "fieldcam" if kind is DataKind.FIELD else "fieldcam-demo"
-    return _user_data() / name
+    user = user_folder(UserFolder.DATA)
+    return None if user is None else user / name
 
 
 def demo_beside(path: Path) -> Path:
@@ -78,6 +91,15 @@ def kind_of(path: Path) -> DataKind | None:
     return _read_kind(path / MARKER_NAME)
 
 
+def _folder(named: Path) -> Path:
+    try:
+        return _no_file(expanded(named).resolve())
+    except RuntimeError as error:  # Python's word for links that lead in a circle
+        raise BadInput(f"{named} is a link that leads to itself.") from error
+    except OSError as error:
+        raise BadInput(f"{named} cannot be used: {error.strerror}.") from error
+
+
 def _no_file(path: Path) -> Path:
     with suppress(PermissionError):  # whoever reads or writes there says so
         there = next(each for each in (path, *path.parents) if each.exists())
@@ -98,8 +120,3 @@ def _read_kind(marker: Path) -> DataKind | None:
     if not isinstance(content, dict) or content.get("kind") not in tuple(DataKind):
         raise StorageError(f"{marker} does not say what kind of data its folder holds.")
     return DataKind(content["kind"])
-
-
-def _user_data() -> Path:
-    configured = os.environ.get("XDG_DATA_HOME", "")
-    return Path(configured) if Path(configured).is_absolute() else Path.home() / ".local/share"

@@ -7,6 +7,7 @@ from datetime import date
 from pathlib import Path
 
 from fieldcam.errors import BadInput
+from fieldcam.user_folders import expanded
 
 LONGEST_NAME = 60
 
@@ -66,4 +67,4 @@ def day(text: str) -> date:
 def file(text: str) -> Path:
     if not text.strip():
         raise BadInput("Give the name of a file.")
-    return Path(text.strip()).expanduser()
+    return expanded(Path(text.strip()))

@@ -14,6 +14,7 @@ from typing import Any
 from fieldcam.errors import CameraSettingsInvalid
 from fieldcam.foreign.bounds import CAMERA_SETTINGS
 from fieldcam.foreign.files import read_foreign
+from fieldcam.user_folders import UserFolder, user_folder
 
 FILE_NAME = "camera.toml"
 SOFTWARE = "Software"
@@ -91,10 +92,9 @@ def load_settings(data: Path | None) -> HeadSettings:
 
 def settings_paths(data: Path | None) -> tuple[Path, ...]:
     """Where the file is looked for, the first one that is there counts."""
-    configured = Path(os.environ.get("XDG_CONFIG_HOME", ""))
-    base = configured if configured.is_absolute() else Path.home() / ".config"
-    own = () if data is None else (data / FILE_NAME,)
-    return (*own, base / "fieldcam" / FILE_NAME)
+    user = user_folder(UserFolder.CONFIG)
+    folders = (data, None if user is None else user / "fieldcam")
+    return tuple(folder / FILE_NAME for folder in folders if folder is not None)
 
 
 def parse_settings(content: bytes, name: str) -> HeadSettings:

@@ -7,7 +7,7 @@ that the manifest gives; a kept file that does not have it any more is fetched a
 from __future__ import annotations
 
 import hashlib
-import os
+import tempfile
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -27,6 +27,7 @@ from fieldcam.errors import (
 from fieldcam.foreign.bounds import FEATURES
 from fieldcam.foreign.files import read_foreign
 from fieldcam.store.durable import write_durably
+from fieldcam.user_folders import UserFolder, user_folder
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,8 +43,7 @@ class Description:
 
 def cache_folder() -> Path:
     """Where descriptions are kept between two sessions."""
-    configured = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    base = configured if configured.is_absolute() else Path.home() / ".cache"
+    base = user_folder(UserFolder.CACHE) or Path(tempfile.gettempdir())
     return base / "fieldcam" / "descriptions"
 
 
