@@ -49,8 +49,9 @@ class Terminal:
         return self._seen.decode(errors="replace")
 
     def press(self, keys: str) -> None:
+        """A byte that is no UTF-8 is a surrogate, as in file names."""
         with suppress(OSError):
-            os.write(self._master, keys.encode())
+            os.write(self._master, keys.encode(errors="surrogateescape"))
 
     def wait_for(self, text: str, since: int = 0, patience_s: float = PATIENCE_S) -> None:
         """Until this text is there, behind the `since`-th character."""

@@ -7,19 +7,24 @@ terminal in raw mode, on the alternate screen.
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import sys
-from collections.abc import Iterator
+from codecs import IncrementalDecoder, getincrementaldecoder
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from types import FrameType
-from typing import IO, Any, Generic, TypeVar, cast
+from typing import Any, Generic, TextIO, TypeVar, cast
 
 from textual.app import App
 from textual.driver import Driver
+from textual.drivers import linux_driver
 from textual.drivers.linux_driver import LinuxDriver
 from textual.worker import WorkerFailed
 
 from fieldcam.errors import Stopped
+from fieldcam.tui.ascii_only import has_utf8, in_ascii
 
 Result = TypeVar("Result")
 SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
@@ -29,14 +34,16 @@ class Output:
     """A terminal's output that may go away; without one nothing is written.
 
     Textual's writing thread would die of the error, and the app wait for it for ever.
+    A terminal without UTF-8 gets ASCII only.
     """
 
-    def __init__(self, terminal: IO[str]) -> None:
+    def __init__(self, terminal: TextIO) -> None:
         self._terminal = terminal
+        self._has_utf8 = has_utf8(os.environ) and terminal.encoding.lower() in ("utf-8", "utf8")
 
     def write(self, text: str) -> None:
         with suppress(OSError):
-            self._terminal.write(text)
+            self._terminal.write(text if self._has_utf8 else in_ascii(text))
 
     def flush(self) -> None:
         with suppress(OSError):
@@ -44,6 +51,14 @@ class Output:
 
     def fileno(self) -> int:
         return self._terminal.fileno()
+
+
+def _forgiving(encoding: str) -> Callable[[], IncrementalDecoder]:
+    """In place of Textual's strict one: a key of another encoding would end the app."""
+    return partial(getincrementaldecoder(encoding), errors="replace")
+
+
+vars(linux_driver)["getincrementaldecoder"] = _forgiving
 
 
 class TerminalDriver(LinuxDriver):

@@ -14,6 +14,7 @@ from importlib import import_module
 from importlib.util import find_spec
 
 from fieldcam.errors import ExtraMissing
+from fieldcam.tui.ascii_only import has_utf8
 from fieldcam.tui.themes import CONSOLE, DARK
 
 VARIABLE = "FIELDCAM_PICTURES"
@@ -68,6 +69,8 @@ def chosen_look(environ: Mapping[str, str], ask: Callable[[], Pictures] = ask_te
     if terminal == "linux":
         return Look(Pictures.NONE if named == Pictures.NONE else Pictures.CELLS, CONSOLE.name)
     pictures = Pictures(named) if named in tuple(Pictures) else ask()
+    if pictures is Pictures.BLOCKS and not has_utf8(environ):
+        pictures = Pictures.CELLS
     if pictures in PIXELS:
         _load()
     return Look(pictures)
