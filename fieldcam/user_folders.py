@@ -31,6 +31,11 @@ def user_folder(which: UserFolder) -> Path | None:
     return home / below if home.is_absolute() else None
 
 
+def temporary_folder() -> Path:
+    """Nothing is tried out there, as Python's own does, which fails where the disk is full."""
+    return Path(os.environ.get("TMPDIR") or "/tmp")
+
+
 def expanded(path: Path) -> Path:
     """With `~` and `~name` as home folders; raises BadInput where there is no such one."""
     try:

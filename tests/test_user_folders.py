@@ -71,7 +71,7 @@ def test_without_a_home_a_defect_is_still_logged(
         raise ZeroDivisionError
 
     monkeypatch.setattr("fieldcam.cli.models.find_models", fail)
-    monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
     assert main(["models", "list"]) == ExitCode.DEFECT
     assert "ZeroDivisionError" in (tmp_path / "fieldcam.log").read_text()
     assert str(tmp_path) in capsys.readouterr().err

@@ -7,7 +7,6 @@ import logging
 import os
 import signal
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -34,7 +33,7 @@ from fieldcam.cli.arguments import Parser
 from fieldcam.cli.console import flush, narrate
 from fieldcam.errors import OF_SIGNALS, ExitCode, FieldcamError, OutputLost, Stopped
 from fieldcam.safe_path import keep_children_safe
-from fieldcam.user_folders import UserFolder, user_folder
+from fieldcam.user_folders import UserFolder, temporary_folder, user_folder
 
 GROUPS = (
     sizing,
@@ -143,7 +142,7 @@ def _record_defect() -> Path:
     """Append the traceback to the log file; gives that file's path."""
     user = user_folder(UserFolder.STATE)
     folders = [] if user is None else [user / "fieldcam"]
-    for folder in [*folders, Path(tempfile.gettempdir())]:
+    for folder in [*folders, temporary_folder()]:
         path = folder / "fieldcam.log"
         try:
             folder.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,6 @@ that the manifest gives; a kept file that does not have it any more is fetched a
 from __future__ import annotations
 
 import hashlib
-import tempfile
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -27,7 +26,7 @@ from fieldcam.errors import (
 from fieldcam.foreign.bounds import FEATURES
 from fieldcam.foreign.files import read_foreign
 from fieldcam.store.durable import write_durably
-from fieldcam.user_folders import UserFolder, user_folder
+from fieldcam.user_folders import UserFolder, temporary_folder, user_folder
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +42,7 @@ class Description:
 
 def cache_folder() -> Path:
     """Where descriptions are kept between two sessions."""
-    base = user_folder(UserFolder.CACHE) or Path(tempfile.gettempdir())
+    base = user_folder(UserFolder.CACHE) or temporary_folder()
     return base / "fieldcam" / "descriptions"
 
 
