@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from live_walks import read
 
-from fieldcam.growth.places import Word
+from fieldcam.growth.places import Place, Word
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.store.history import CaptureRecord, FruitletSeen, ReadingSummary
-from fieldcam.store.judgement_rows import Action
+from fieldcam.store.judgement_rows import Action, Answer
 from fieldcam.store.raw_images import encode_raw
 from fieldcam.store.rows import EntryId
 from fieldcam.store.walks import ClusterState, Progress, Stop, WalkRoute
@@ -120,11 +120,14 @@ class NotedWalk:
     def retake(self) -> None:
         self.asked.append(("retake",))
 
-    def fallen(self, fruitlet: int | None = None) -> None:
-        self.asked.append(("fallen", fruitlet))
+    def fallen(self) -> None:
+        self.asked.append(("fallen",))
 
-    def hidden(self, fruitlet: int | None = None) -> None:
-        self.asked.append(("hidden", fruitlet))
+    def hidden(self) -> None:
+        self.asked.append(("hidden",))
+
+    def tell_missing(self, capture: EntryId, place: Place, answer: Answer) -> None:
+        self.asked.append(("tell_missing", capture, place, answer))
 
     def correct_tag(self, tag_id: int) -> None:
         self.asked.append(("correct_tag", tag_id))

@@ -18,6 +18,7 @@ from fieldcam.errors import (
     FlashMissing,
     StorageFull,
 )
+from fieldcam.growth.places import Place
 from fieldcam.session.book import MOST_FRUITLETS
 from fieldcam.session.events import (
     AnalysisTrouble,
@@ -33,9 +34,11 @@ from fieldcam.session.events import (
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.state import CameraState, Stage, WalkState
 from fieldcam.store.connection import rows
-from fieldcam.store.history import visit_captures
-from fieldcam.store.judgement_rows import MarkKind
+from fieldcam.store.counted import counted_visits
+from fieldcam.store.history import cluster_history, visit_captures
+from fieldcam.store.judgement_rows import Answer, MarkKind
 from fieldcam.store.orchard_rows import Route
+from fieldcam.store.rows import EntryId
 from fieldcam.store.walks import ClusterState, expectation
 from fieldcam.values import Expectation, RawPair, ReasonCode
 from fieldcam.values import Status as VerdictStatus
@@ -281,18 +284,57 @@ def test_an_answer_that_bounces_marks_nothing_on_the_next_cluster(later: Walked)
         assert (state.tag_id, state.marks) == (12, ())
 
 
-def test_the_fruitlet_of_the_list_is_marked(walk: Walked) -> None:
+def test_what_a_picture_shows_is_neither_fallen_nor_hidden(later: Walked) -> None:
+    later.start()
+    before = later.shoot(read(11, fruitlets=5))
+    for command in (later.live.fallen, later.live.hidden):
+        refused, state = later.after(command, Refused)
+        assert refused.sentence.startswith("No fruitlet is missing: F and H are for those")
+        assert told(state) == told(before)
+        assert state.shown is not None and state.shown.living == 5
+
+
+def test_on_a_first_visit_nothing_has_fallen(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(11, 3))
-    done, state = walk.after(lambda: walk.live.fallen(1), Done)
-    assert done.sentence == "Fruitlet B of tag 11 marked fallen."
-    assert state.shown is not None and state.shown.living == 2
-    assert [seen.marks for seen in state.shown.target] == [(), (MarkKind.FALLEN,), ()]
-    done, state = walk.after(lambda: walk.live.hidden(2), Done)
-    assert state.shown is not None and (state.shown.living, state.marks) == (2, ())
-    for twice in (lambda: walk.live.fallen(1), lambda: walk.live.hidden(2)):
-        _, after = walk.after(twice, Refused)
-        assert told(after) == told(state)
+    refused, state = walk.after(walk.live.fallen, Refused)
+    assert "No earlier visit is known" in refused.sentence and state.marks == ()
+
+
+def test_each_missing_fruitlet_has_an_answer_of_its_own(later: Walked) -> None:
+    later.start()
+    state = later.shoot(read(11, fruitlets=3, status=CONFIRM, code=ReasonCode.FEWER_THAN_BEFORE))
+    assert state.shown is not None
+    capture, earlier = state.shown.id, earlier_reading(later)
+
+    def tell(fruitlet: int, answer: Answer) -> Callable[[], None]:
+        return lambda: later.live.tell_missing(capture, Place(earlier, fruitlet), answer)
+
+    done, state = later.after(tell(3, Answer.FALLEN), Done)
+    assert done.sentence == "Told: fallen. 1 fruitlet left to tell."
+    assert (state.tag_id, state.missing, state.told) == (11, 2, 1)
+    assert "told already" in later.after(tell(3, Answer.HIDDEN), Refused)[0].sentence
+    done, state = later.after(tell(4, Answer.HIDDEN), Done)
+    assert done.sentence == "Tag 11 accepted: all that is missing is told."
+    assert state.tag_id == 12
+    assert "decided on already" in later.after(tell(2, Answer.HIDDEN), Refused)[0].sentence
+    (*_, visit) = counted_visits(later.store.database, state.route.block, 11)
+    assert (visit.fallen, visit.hidden) == (1, 1)
+    assert [(word.fruitlet, word.answer) for word in visit.told] == [
+        (3, Answer.FALLEN),
+        (4, Answer.HIDDEN),
+    ]
+    undone, state = later.after(later.live.undo, Done)
+    assert undone.sentence == "Undone: the decision and the answer and the mark on tag 11."
+    assert (state.tag_id, state.missing, state.told) == (11, 2, 1)
+    assert expectation(later.store.database, later.made.visit(9), 11).fruitlets == 5
+
+
+def earlier_reading(walk: Walked) -> EntryId:
+    block = walk.made.block
+    first, *_ = cluster_history(walk.store.database, block, 11)
+    assert first.reading is not None
+    return first.reading.id
 
 
 def test_a_fruitlet_is_struck_out_once(walk: Walked) -> None:
@@ -309,7 +351,7 @@ def test_no_more_are_fallen_or_hidden_than_there_were(later: Walked) -> None:
     later.shoot()
     for _ in range(5):
         later.after(later.live.hidden, Done)
-    refused, state = later.after(later.live.fallen, Refused)
+    refused, state = later.after(later.live.hidden, Refused)
     assert refused.sentence == "No more: 5 of the 5 last visit are seen or marked already."
     assert [mark.count for mark in state.marks] == [1] * 5
 
@@ -400,7 +442,7 @@ def test_a_second_view_stands_beside_the_first(walk: Walked) -> None:
 DECISIONS: dict[str, tuple[Callable[[LiveWalk], None], str]] = {
     "accept": (LiveWalk.accept, "the decision"),
     "retake": (LiveWalk.retake, "the decision"),
-    "fallen": (LiveWalk.fallen, "the mark"),
+    "hidden": (LiveWalk.hidden, "the mark"),
     "strike": (lambda live: live.strike(0), "the mark"),
     "target": (LiveWalk.other_target, "the choice of the target"),
     "note": (lambda live: live.note("a leaf"), "the note"),

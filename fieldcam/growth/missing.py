@@ -39,7 +39,8 @@ def presences(
     for k, visit in enumerate(visits):
         missing = [n for n, chance in enumerate(chances) if k in chance]
         gone = [n for n in missing if found[n].get(k - 1) is Presence.FALLEN]
-        open_ = sorted(set(missing) - set(gone), key=lambda n: -chances[n][k])
+        told = {n: _told_of(visit, pictures, fruitlets[n]) for n in missing}
+        open_ = sorted(set(missing) - set(gone), key=lambda n: (-told[n], -chances[n][k]))
         fell = _told(visit, [chances[n][k] for n in open_])
         for n in gone:
             found[n][k] = Presence.FALLEN
@@ -49,8 +50,14 @@ def presences(
     return found
 
 
+def _told_of(visit: ClusterVisit, pictures: Sequence[Picture], shown: Shown) -> int:
+    """What the operator said of this one: fallen 1, hidden -1."""
+    places = {pictures[k].points.seen[n].place for k, n in shown.items()}
+    return bool(places & visit.said_fallen) - bool(places & visit.said_hidden)
+
+
 def _told(visit: ClusterVisit, chances: Sequence[float]) -> list[bool]:
-    """Which of the missing have fallen, those with the best chances first."""
+    """Which of the missing have fallen, those first that are most likely to."""
     surely = len(chances) - visit.hidden
     return [
         k < surely and (k < visit.fallen or chance >= FALLEN_FROM)

@@ -72,6 +72,9 @@ class ClusterVisit:
     """Fruitlets that the operator said have fallen since the visit before."""
     hidden: int = 0
     """Fruitlets that the operator said hang there, hidden."""
+    said_fallen: frozenset[Place] = frozenset()
+    """Which of them have fallen, as an earlier picture shows them."""
+    said_hidden: frozenset[Place] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)

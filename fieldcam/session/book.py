@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fieldcam.growth.places import Place
 from fieldcam.session.doubt import Doubtful, NotNow
 from fieldcam.session.learning import new_cluster, tree_after
 from fieldcam.session.left_over import left_over
 from fieldcam.session.shutter import Shot
 from fieldcam.session.state import Shown, Stage, missing
-from fieldcam.session.viewing import WalkView, is_learning
+from fieldcam.session.viewing import WalkView, expected_at, is_learning
 from fieldcam.store.blocks import trees
+from fieldcam.store.counted import missing_words
+from fieldcam.store.fruit_rows import MissingWord
 from fieldcam.store.history import ReadingSummary, capture_record
 from fieldcam.store.judgement_rows import (
     Action,
@@ -31,7 +34,7 @@ from fieldcam.store.rows import EntryId, Row
 from fieldcam.store.walk_rows import Event, EventKind
 from fieldcam.store.walks import OPEN_STATES, ClusterState
 from fieldcam.values import HIGHEST_TAG_ID, Expectation, Status
-from fieldcam.words import letter_of
+from fieldcam.words import letter_of, number_of
 
 MOST_MM = 100.0
 """No apple in its first weeks is larger."""
@@ -88,21 +91,48 @@ class WalkBook:
         self._move_on(tag_id)
         return f"Tag {tag_id} accepted."
 
-    def answer(self, answer: Answer, fruitlet: int | None = None) -> str:
-        """The answer to CONFIRM's question; without one, a mark on one fruitlet.
-
-        `fruitlet` is the one that is chosen in the list; without a list it is one that
-        no picture shows.
-        """
+    def answer(self, answer: Answer) -> str:
+        """The answer to CONFIRM's question; without one, a mark on one that no picture shows."""
         tag_id, shown = self._standing(), self._shown()
         if self._missing(shown):
             return self._answered(answer, tag_id, shown)
-        if fruitlet is not None:
-            self._mark(shown, fruitlet, MARKS[answer])
-            return f"Fruitlet {letter_of(fruitlet)} of tag {tag_id} marked {answer}."
-        self._check_room(tag_id, shown)
+        self._check_room(answer, tag_id, shown)
         self.view.store.append(FruitletMark.on_cluster(MARKS[answer], self.view.visit, tag_id))
         return f"One fruitlet of tag {tag_id} marked {answer}."
+
+    def tell_missing(self, capture: EntryId, place: Place, answer: Answer) -> str:
+        """One answer for one fruitlet that a picture of any visit does not show.
+
+        With the last one the picture counts.
+        """
+        database = self.view.store.database
+        record = capture_record(database, capture)
+        if record is None or record.visit is None or record.tag_id is None:
+            raise NotNow("Which cluster this picture shows is not known yet.")
+        if record.action is not None:
+            raise NotNow("This picture is decided on already: U on Walk takes that back.")
+        words = missing_words(database, record.visit, record.tag_id)
+        if any((word.reading, word.fruitlet) == (place.reading, place.fruitlet) for word in words):
+            raise NotNow("That was told already: U on Walk takes the last answer back.")
+        marks = self.view.marks(record.tag_id, record.visit)
+        told = sum(mark.count for mark in marks)
+        before = expected_at(database, record.visit, record.tag_id).fruitlets
+        left = missing(record, before) - told - 1
+        if left < 0:
+            raise NotNow("No fruitlet is missing: F and H are for those that no picture shows.")
+        visit, tag_id = record.visit, record.tag_id
+        rows: list[Row] = [
+            MissingWord(visit, tag_id, place.reading, place.fruitlet, answer),
+            FruitletMark.on_cluster(MARKS[answer], visit, tag_id),
+        ]
+        if left:
+            self.view.store.append(*rows)
+            return f"Told: {answer}. {number_of(left, 'fruitlet')} left to tell."
+        alike = all(mark.mark is MARKS[answer] for mark in marks)
+        self.view.store.append(Decision(capture, Action.ACCEPT, answer if alike else None), *rows)
+        if visit == self.view.visit:
+            self._move_on(tag_id)
+        return f"Tag {tag_id} accepted: all that is missing is told."
 
     def retake(self) -> str:
         """The picture does not count; the cluster waits for another one."""
@@ -143,7 +173,15 @@ class WalkBook:
 
     def strike(self, fruitlet: int) -> str:
         """This is no fruitlet."""
-        self._mark(self._shown(), fruitlet, MarkKind.NOT_A_FRUITLET)
+        shown = self._shown()
+        seen = next((s for s in shown.target if s.id == fruitlet), None)
+        if shown.record.reading is None or seen is None:
+            raise NotNow("Choose a fruitlet of the list first.")
+        if not seen.living:
+            gone = "marked fallen" if MarkKind.FALLEN in seen.marks else "struck out"
+            raise NotNow(f"Already {gone}.")
+        reading = shown.record.reading.id
+        self.view.store.append(FruitletMark.on_fruitlet(MarkKind.NOT_A_FRUITLET, reading, fruitlet))
         return "Struck out: no fruitlet."
 
     def king(self, capture: EntryId, fruitlet: int) -> str:
@@ -245,7 +283,7 @@ class WalkBook:
         return record.reading
 
     def _missing(self, shown: Shown) -> int:
-        return missing(shown, self.view.expectation(self._standing()).fruitlets)
+        return missing(shown.record, self.view.expectation(self._standing()).fruitlets)
 
     def _answered(self, answer: Answer, tag_id: int, shown: Shown) -> str:
         """The picture counts, and so many fruitlets as were not marked before."""
@@ -262,29 +300,22 @@ class WalkBook:
         known = f" ({before} of them marked before)" if before else ""
         return f"Tag {tag_id} accepted, {missing} {answer}{known}."
 
-    def _mark(self, shown: Shown, fruitlet: int, kind: MarkKind) -> None:
-        seen = next((s for s in shown.target if s.id == fruitlet), None)
-        if shown.record.reading is None or seen is None:
-            raise NotNow("Choose a fruitlet of the list first.")
-        if not seen.living:
-            gone = "marked fallen" if MarkKind.FALLEN in seen.marks else "struck out"
-            raise NotNow(f"Already {gone}.")
-        if kind in seen.marks:
-            raise NotNow(f"Fruitlet {letter_of(fruitlet)} is marked {kind} already.")
-        mark = FruitletMark.on_fruitlet(kind, shown.record.reading.id, fruitlet)
-        self.view.store.append(mark)
-
     def _marked(self, tag_id: int) -> int:
         """Fruitlets of this cluster that were said to be fallen or hidden today."""
         return sum(mark.count for mark in self.view.marks(tag_id))
 
-    def _check_room(self, tag_id: int, shown: Shown) -> None:
-        """No more are fallen or hidden than the cluster had."""
+    def _check_room(self, answer: Answer, tag_id: int, shown: Shown) -> None:
+        """No more are fallen or hidden than the cluster had; what a picture shows is neither."""
         before, marked = self.view.expectation(tag_id).fruitlets, self._marked(tag_id)
-        seen = shown.living or 0
-        if marked + seen >= (MOST_FRUITLETS if before is None else before):
+        if before is None and answer is Answer.FALLEN:
+            raise NotNow("No earlier visit is known here: nothing can have fallen since.")
+        known = marked + (shown.living or 0)
+        if known < (MOST_FRUITLETS if before is None else before):
+            return
+        if marked:
             had = f"of the {before} last visit" if before is not None else "of a cluster"
-            raise NotNow(f"No more: {marked + seen} {had} are seen or marked already.")
+            raise NotNow(f"No more: {known} {had} are seen or marked already.")
+        raise NotNow("No fruitlet is missing: F and H are for those that no picture shows.")
 
     def _check_tag(self, shown: Shown) -> None:
         read, due = shown.wrong_tag, shown.record.tag_id

@@ -19,6 +19,7 @@ from fieldcam.growth.places import (
 )
 from fieldcam.store.counted import CountedPicture, CountedVisit, association_words, counted_visits
 from fieldcam.store.fruit_rows import AssociationWord
+from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
 
@@ -96,7 +97,15 @@ def _with_words(database: Database, tag_id: int, visits: Sequence[CountedVisit])
 
 def _visit(database: Database, visit: CountedVisit) -> ClusterVisit:
     views = tuple(_view(database, picture) for picture in visit.pictures)
-    return ClusterVisit(visit.day, views, visit.fallen, visit.hidden)
+    said = {
+        answer: frozenset(
+            Place(word.reading, word.fruitlet) for word in visit.told if word.answer is answer
+        )
+        for answer in Answer
+    }
+    return ClusterVisit(
+        visit.day, views, visit.fallen, visit.hidden, said[Answer.FALLEN], said[Answer.HIDDEN]
+    )
 
 
 def _view(database: Database, picture: CountedPicture) -> View:

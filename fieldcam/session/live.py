@@ -18,7 +18,7 @@ from queue import SimpleQueue
 from fieldcam.analysis.status import Status
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import FieldcamError, ReadingDamaged
-from fieldcam.growth.places import Word
+from fieldcam.growth.places import Place, Word
 from fieldcam.session import events
 from fieldcam.session.aiming import Aiming
 from fieldcam.session.book import WalkBook
@@ -111,12 +111,15 @@ class LiveWalk:
     def retake(self) -> None:
         self._write(self._book.retake)
 
-    def fallen(self, fruitlet: int | None = None) -> None:
-        """The one that is chosen in the list, where CONFIRM asks nothing."""
-        self._write(partial(self._book.answer, Answer.FALLEN, fruitlet))
+    def fallen(self) -> None:
+        self._write(partial(self._book.answer, Answer.FALLEN))
 
-    def hidden(self, fruitlet: int | None = None) -> None:
-        self._write(partial(self._book.answer, Answer.HIDDEN, fruitlet))
+    def hidden(self) -> None:
+        self._write(partial(self._book.answer, Answer.HIDDEN))
+
+    def tell_missing(self, capture: EntryId, place: Place, answer: Answer) -> None:
+        """Say of one fruitlet of an earlier picture why this one does not show it."""
+        self._write(partial(self._book.tell_missing, capture, place, answer))
 
     def correct_tag(self, tag_id: int) -> None:
         """The picture shows this tag; it is read again with what is expected there."""

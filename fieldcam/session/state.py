@@ -128,12 +128,31 @@ class WalkState:
     @property
     def missing(self) -> int:
         """How many fruitlets CONFIRM asks about: fallen, or hidden?"""
-        return 0 if self.shown is None else missing(self.shown, self.before)
+        return 0 if self.shown is None else missing(self.shown.record, self.before)
+
+    @property
+    def more(self) -> int:
+        """How many fruitlets the last visit did not know: hidden then, or not of this cluster?"""
+        return 0 if self.shown is None else more(self.shown.record, self.before)
+
+    @property
+    def told(self) -> int:
+        """How many of the missing were told already."""
+        return sum(mark.count for mark in self.marks)
 
 
-def missing(shown: Shown, before: int | None) -> int:
+def missing(record: CaptureRecord, before: int | None) -> int:
     """Fruitlets fewer than last visit, where that is still to be decided on."""
-    decided = shown.record.action is not None
-    if before is None or shown.living is None or decided or shown.status is Status.RETAKE:
+    return max(0, -_unexpected(record, before))
+
+
+def more(record: CaptureRecord, before: int | None) -> int:
+    """Fruitlets more than last visit, where that is still to be decided on."""
+    return max(0, _unexpected(record, before))
+
+
+def _unexpected(record: CaptureRecord, before: int | None) -> int:
+    reading, decided = record.reading, record.action is not None
+    if before is None or reading is None or decided or reading.status is Status.RETAKE:
         return 0
-    return max(0, before - shown.living)
+    return reading.living - before

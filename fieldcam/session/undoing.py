@@ -46,6 +46,7 @@ _NAMES = {
     "caliper_size": "the caliper size",
     "caliper_identity": "the fruit's name",
     "association_word": "the match",
+    "missing_word": "the answer",
     "block_facts": "the block's facts",
     "tree": "the trees",
     "cluster": "the place on the route",

@@ -125,13 +125,14 @@ class VisitView:
             self._latest = before, route, standing_at(database, route)
         return self._latest[1:]
 
-    def marks(self, tag_id: int | None) -> tuple[ClusterMark, ...]:
-        """Fruitlets of a cluster that no picture of this visit shows."""
+    def marks(self, tag_id: int | None, visit: EntryId | None = None) -> tuple[ClusterMark, ...]:
+        """Fruitlets of a cluster that no picture of this visit, or of that one, shows."""
         if tag_id is None:
             return ()
-        block = row_of(self.store.database, "visit", self.visit)["block"]
+        on = visit or self.visit
+        block = row_of(self.store.database, "visit", on)["block"]
         found = cluster_marks(self.store.database, block, tag_id)
-        return tuple(mark for mark in found if mark.visit == self.visit)
+        return tuple(mark for mark in found if mark.visit == on)
 
     def _shown(self, record: CaptureRecord) -> Shown:
         reading = None if record.reading is None else self._reading(record.reading.id)

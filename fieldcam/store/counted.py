@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from typing import Any
 
 from sqlite_utils import Database
 
 from fieldcam.store.connection import rows
-from fieldcam.store.fruit_rows import AssociationWord
-from fieldcam.store.judgement_rows import MarkKind
+from fieldcam.store.fruit_rows import AssociationWord, MissingWord
+from fieldcam.store.judgement_rows import Answer, MarkKind
 from fieldcam.store.rows import EntryId
 
 MOST_VIEWS = 2
@@ -56,6 +56,8 @@ class CountedVisit:
     """Fruitlets since the visit before, besides those that a picture shows."""
     hidden: int
     """Fruitlets that hang there where no picture shows them, those added by hand too."""
+    told: tuple[MissingWord, ...] = ()
+    """Which of the fallen and hidden are which."""
 
 
 def counted_visits(
@@ -66,10 +68,23 @@ def counted_visits(
     for row in _accepted(database, block, tag_id):
         pictures.setdefault((row["tag_id"], row["day"]), []).append(_picture(database, row))
     marks = _cluster_marks(database, block, tag_id)
+    told = _told(database, block, tag_id)
     return tuple(
-        _visit(database, *key, pictures.get(key, []), marks.get(key, {}))
+        replace(
+            _visit(database, *key, pictures.get(key, []), marks.get(key, {})),
+            told=tuple(told.get(key, ())),
+        )
         for key in sorted({*pictures, *marks})
     )
+
+
+def missing_words(database: Database, visit: EntryId, tag_id: int) -> tuple[MissingWord, ...]:
+    """What stands of one cluster on one visit."""
+    sql = (
+        "SELECT word.* FROM missing_word AS word JOIN standing USING (id)"
+        " WHERE word.visit = ? AND word.tag_id = ?"
+    )
+    return tuple(_missing_word(row) for row in rows(database, sql, visit, tag_id))
 
 
 def unread_clusters(database: Database, block: EntryId) -> dict[date, int]:
@@ -177,6 +192,25 @@ def _cluster_marks(
     for row in rows(database, sql, block, tag_id):
         found.setdefault((row["tag_id"], row["day"]), {})[row["mark"]] = row["fruitlets"]
     return found
+
+
+def _told(
+    database: Database, block: EntryId, tag_id: int | None
+) -> dict[tuple[int, str], list[MissingWord]]:
+    sql = (
+        "SELECT word.*, visit.day FROM missing_word AS word JOIN standing USING (id)"
+        " JOIN visit ON visit.id = word.visit"
+        " WHERE visit.block = ? AND coalesce(word.tag_id = ?, 1) ORDER BY standing.turn"
+    )
+    found: dict[tuple[int, str], list[MissingWord]] = {}
+    for row in rows(database, sql, block, tag_id):
+        found.setdefault((row["tag_id"], row["day"]), []).append(_missing_word(row))
+    return found
+
+
+def _missing_word(row: dict[str, Any]) -> MissingWord:
+    answer = Answer(row["answer"])
+    return MissingWord(row["visit"], row["tag_id"], row["reading"], row["fruitlet"], answer)
 
 
 def _visit(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import date
 from typing import ClassVar
 
+from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.rows import EntryId, Row
 
 
@@ -47,3 +48,19 @@ class AssociationWord(Row):
     other_reading: EntryId
     other_fruitlet: int | None = None
     """None: the other reading does not show it."""
+
+
+@dataclass(frozen=True, slots=True)
+class MissingWord(Row):
+    """Why a visit's pictures do not show a fruitlet that an earlier picture shows.
+
+    Which fruitlet it is; that one is missing is a mark on the cluster, written with it.
+    """
+
+    table: ClassVar[str] = "missing_word"
+    visit: EntryId
+    tag_id: int
+    reading: EntryId
+    """That of the earlier picture."""
+    fruitlet: int
+    answer: Answer

@@ -115,10 +115,10 @@ class WalkScreen(AtCluster):
         self.ask("Second view …", self.walk.second_view)
 
     def action_fallen(self) -> None:
-        self.ask("Fallen …", partial(self.walk.fallen, self._chosen))
+        self.ask("Fallen …", self.walk.fallen)
 
     def action_hidden(self) -> None:
-        self.ask("Hidden …", partial(self.walk.hidden, self._chosen))
+        self.ask("Hidden …", self.walk.hidden)
 
     def action_other_target(self) -> None:
         self.ask("Other target …", self.walk.other_target)
