@@ -50,6 +50,9 @@ def write_pairs(folder: Path, stems: Iterable[str], suffix: str = ".png") -> Pat
     return folder
 
 
+QUESTION = "3 fruitlets, last visit 4: fallen, or hidden by a leaf?"
+
+
 @dataclass
 class FakeAnalyst:
     """Finds three fruitlets and the tag that was expected."""
@@ -66,5 +69,6 @@ class FakeAnalyst:
         fruitlets = [made_fruitlet(n, (100.0, 100.0), 9.0) for n in range(3)]
         tag = replace(TAG, id=expectation.tag_id)
         blurred = Reason(ReasonCode.BLURRED, "The picture is blurred.")
-        reasons = (blurred,) if self.status is Status.RETAKE else ()
+        fewer = Reason(ReasonCode.FEWER_THAN_BEFORE, QUESTION)
+        reasons = {Status.RETAKE: (blurred,), Status.CONFIRM: (fewer,)}.get(self.status, ())
         return made_reading(fruitlets, Verdict(self.status, reasons), tag, expectation)

@@ -9,7 +9,7 @@ from made_clusters import Pose, Sphere, made_view, made_visit, ring
 from test_association import followed, later
 
 from fieldcam.growth.fate import chance_fallen
-from fieldcam.growth.places import ClusterVisit, Track
+from fieldcam.growth.places import ClusterVisit, Place, Track
 from fieldcam.growth.records import Presence
 from fieldcam.growth.tracking import track
 
@@ -103,6 +103,29 @@ def test_operators_mark_comes_first(
 ) -> None:
     marked = replace(missing_at(2, pose), fallen=fallen, hidden=hidden)
     assert presences([START, marked])[1] is expected
+
+
+@pytest.mark.parametrize("fell", [0, 1])
+def test_which_has_fallen_and_which_is_hidden_is_as_the_operator_said(fell: int) -> None:
+    """Of two that are missing alike."""
+    gone = (GONE, 0)
+    whole = made_view("b", later(ring())).reading
+    left = tuple(f for f in whole.fruitlets if f.id not in gone)
+    view = replace(made_view("b", later(ring())), reading=replace(whole, fruitlets=left))
+    said = replace(
+        made_visit(2, view),
+        fallen=1,
+        hidden=1,
+        said_fallen=frozenset({Place("a", gone[fell])}),
+        said_hidden=frozenset({Place("a", gone[1 - fell])}),
+    )
+    tracks = track([START, said])
+    fates = {
+        track.visits[START.day].places[0].fruitlet: track.visits[said.day].sighting.presence
+        for track in tracks
+    }
+    assert fates[gone[fell]] is Presence.FALLEN
+    assert fates[gone[1 - fell]] is Presence.NOT_SEEN
 
 
 def test_marked_on_the_picture_it_fell_that_day() -> None:

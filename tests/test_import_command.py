@@ -6,12 +6,12 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
-from recorded_pairs import FakeAnalyst, write_image, write_pairs
+from recorded_pairs import QUESTION, FakeAnalyst, write_image, write_pairs
 
 from fieldcam.cli import main, self_test
 from fieldcam.cli.progress import progress
@@ -75,6 +75,7 @@ def test_the_document_counts_and_a_second_run_adds_nothing(
         "analysed": 3,
         "accepted": 3,
         "retakes": 0,
+        "to_confirm": [],
         "to_retake": [],
         "problems": [],
         "unread": 0,
@@ -139,6 +140,43 @@ def test_every_recording_that_cannot_be_used_is_listed(
         "2026-05-21/17_1_left.png: There is no calibration for 2026-05-21.",
     ]
     assert "There is no tag 9999: they end at 586." in listed(out, "Problems")[-1]
+
+
+def test_no_question_is_accepted_by_itself(
+    capsys: Capture, folder: Path, analyst: FakeAnalyst, tmp_path: Path
+) -> None:
+    analyst.status = Status.CONFIRM
+    code, out, _ = run(capsys, folder, "--block", "North")
+    assert code == ExitCode.OK and "0 accepted, 3 to be decided on, 0 would" in out
+    assert listed(out, "To be decided on") == [f"{s}_left.png: {QUESTION}" for s in THREE]
+    assert "Two days" in out and "--accept-confirm" in out
+    assert accepted(tmp_path) == 0
+    code, out, _ = run(capsys, folder, "--block", "North", "--accept-confirm")
+    assert code == ExitCode.OK and "0 added, 3 there before" in out
+    assert accepted(tmp_path) == 3
+
+
+@pytest.mark.parametrize(
+    ("status", "expected"), [(Status.ACCEPT, 3), (Status.CONFIRM, 3), (Status.RETAKE, 0)]
+)
+def test_with_the_operators_word_questions_are_accepted(
+    capsys: Capture,
+    folder: Path,
+    analyst: FakeAnalyst,
+    tmp_path: Path,
+    status: Status,
+    expected: int,
+) -> None:
+    analyst.status = status
+    code, out, _ = run(capsys, folder, "--block", "North", "--accept-confirm", "--json")
+    found = json.loads(out)
+    assert (code, found["accepted"], found["to_confirm"]) == (ExitCode.OK, expected, [])
+    assert accepted(tmp_path) == expected
+
+
+def accepted(tmp_path: Path) -> int:
+    with closing(connect_read_only(tmp_path / "data/fieldcam.db")) as database:
+        return len(rows(database, "SELECT 1 FROM decision_now WHERE action = 'accept'"))
 
 
 def test_what_would_have_to_be_taken_again_is_listed(

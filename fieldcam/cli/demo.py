@@ -97,8 +97,10 @@ def _demo(arguments: argparse.Namespace) -> None:
         stops.append(stop)
         if not arguments.json:
             emit("\n".join(_stop_lines(stop)) + "\n")
+    asking = [stop for stop in stops if stop.scored.reading.verdict.status is Status.CONFIRM]
     figures = {
         "stored": len(block.clusters) * len(arguments.days),
+        "undecided": len(asking),
         **summary(stop.scored for stop in stops),
     }
     if arguments.json:
@@ -189,10 +191,10 @@ def _read_again(unread: Sequence[_Unread], analyst: Analyst) -> Iterator[_Stop]:
 
 
 def _stop(visit: StoredVisit, event: Analysed, day: int, truth: Truth) -> _Stop:
-    """What was read beside the truth; a picture that needs no retake is accepted."""
+    """What was read beside the truth; a picture that asks nothing is accepted."""
     from fieldcam.report.scoring import score_capture
 
-    if event.reading.verdict.status is not Status.RETAKE:
+    if event.reading.verdict.status is Status.ACCEPT:
         visit.accept(event.capture)
     return _Stop(truth.tag_id, day, score_capture(event.reading, truth), event.duration_ms)
 
@@ -263,7 +265,8 @@ def _summary_lines(figures: Mapping[str, Any]) -> list[str]:
 
     return [
         f"captures {figures['stored']} stored, {figures['captures']} read,"
-        f" sizes {figures['sizes']}, retakes {figures['retakes']}",
+        f" sizes {figures['sizes']}, retakes {figures['retakes']},"
+        f" to decide {figures['undecided']}",
         f"error: mean {millimetres('mae_mm')}, bias {millimetres('bias_mm', '+.2f')},"
         f" 95 % within {millimetres('p95_mm')}",
         f"sized: {share('sized_share_well_visible')} of the fruitlets at least 60 % visible,"

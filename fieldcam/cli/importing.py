@@ -21,6 +21,11 @@ if TYPE_CHECKING:
     from fieldcam.exchange.capture_folder import CaptureFolder, FolderProblem
     from fieldcam.session.importing import Outcome
 
+HOW_TO_DECIDE = (
+    "The app asks about them on Two days (V, then T). Run again with --accept-confirm, all are"
+    " accepted, and the forecast judges by the pictures what has fallen."
+)
+
 
 def register(commands: Subparsers[Parser]) -> None:
     parser = add_command(commands, "import", "store and analyse a folder of captures", _import)
@@ -32,6 +37,12 @@ def register(commands: Subparsers[Parser]) -> None:
         metavar="NAME",
         help="whose clusters these are: one variety of one orchard in one season",
     )
+    parser.add_argument(
+        "--accept-confirm",
+        action="store_true",
+        help="accept pictures that ask a question too; the forecast then judges by what they"
+        " show which fruitlets have fallen",
+    )
     add_json(parser)
 
 
@@ -41,14 +52,23 @@ def _import(arguments: argparse.Namespace) -> None:
     found = read_capture_folder(arguments.folder)
     models = checked_models(arguments.data)
     outcomes = tuple(progress(_outcomes(arguments, found), len(found.captures), "capture"))
-    problems, again = _problems(found, outcomes), _to_retake(outcomes)
-    counts = _counts(found, outcomes)
+    problems = _problems(found, outcomes)
+    again = _of_verdict(Status.RETAKE, outcomes)
+    questions = [] if arguments.accept_confirm else _of_verdict(Status.CONFIRM, outcomes)
+    counts = _counts(found, outcomes, len(questions))
     if arguments.json:
         narrate(models.honesty)
-        listed = {"to_retake": _entries(again), "problems": _entries(problems)}
+        listed = {
+            "to_confirm": _entries(questions),
+            "to_retake": _entries(again),
+            "problems": _entries(problems),
+        }
         emit_json({"block": arguments.block, **counts, **listed})
     else:
-        lines = [*_lines(arguments, counts), *_listed("To be taken again", arguments, again)]
+        lines = [*_lines(arguments, counts), *_listed("To be decided on", arguments, questions)]
+        if questions:
+            lines += ["", HOW_TO_DECIDE]
+        lines += _listed("To be taken again", arguments, again)
         lines += _listed("Problems", arguments, problems)
         emit("\n".join([*lines, "", models.honesty]))
     if counts["skipped"] == counts["pairs"]:
@@ -63,8 +83,10 @@ def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[O
 
     path = data_path(arguments.data)
     with open_store(path, DataKind.FIELD) as store, open_analyst(None, path, path) as analyst:
-        block = Block(arguments.block)
-        yield from import_pairs(store, block, analyst, found.captures, found.checksums)
+        accepting = (Status.ACCEPT, Status.CONFIRM)[: 2 if arguments.accept_confirm else 1]
+        yield from import_pairs(
+            store, Block(arguments.block), analyst, found.captures, found.checksums, accepting
+        )
 
 
 def _problems(found: CaptureFolder, outcomes: Sequence[Outcome]) -> tuple[FolderProblem, ...]:
@@ -75,23 +97,23 @@ def _problems(found: CaptureFolder, outcomes: Sequence[Outcome]) -> tuple[Folder
     return tuple(sorted([*found.problems, *of_pairs]))
 
 
-def _to_retake(outcomes: Sequence[Outcome]) -> tuple[FolderProblem, ...]:
-    """Pairs that are stored, but whose pictures say too little."""
+def _of_verdict(status: Status, outcomes: Sequence[Outcome]) -> list[FolderProblem]:
+    """Pairs that are stored, but whose pictures say too little, or ask something."""
     from fieldcam.exchange.capture_folder import FolderProblem
 
     verdicts = ((each.file.left, each.verdict) for each in outcomes if each.verdict is not None)
-    return tuple(
+    return [
         FolderProblem(path, " ".join(reason.text for reason in verdict.reasons))
         for path, verdict in verdicts
-        if verdict.status is Status.RETAKE
-    )
+        if verdict.status is status
+    ]
 
 
 def _entries(problems: Sequence[FolderProblem]) -> list[dict[str, str]]:
     return [{"path": str(problem.path), "text": problem.text} for problem in problems]
 
 
-def _counts(found: CaptureFolder, outcomes: Sequence[Outcome]) -> dict[str, int]:
+def _counts(found: CaptureFolder, outcomes: Sequence[Outcome], questions: int) -> dict[str, int]:
     fates = Counter(str(each.fate) for each in outcomes)
     read = [each.status for each in outcomes if each.status is not None]
     retakes = read.count(Status.RETAKE)
@@ -100,7 +122,7 @@ def _counts(found: CaptureFolder, outcomes: Sequence[Outcome]) -> dict[str, int]
         **{fate: fates[fate] for fate in ("added", "known", "skipped")},
         "unpaired": sum(problem.unpaired for problem in found.problems),
         "analysed": len(read),
-        "accepted": len(read) - retakes,
+        "accepted": len(read) - retakes - questions,
         "retakes": retakes,
         "unread": sum(each.unread for each in outcomes),
         "mended": sum(each.mended for each in outcomes),
@@ -114,6 +136,7 @@ def _lines(arguments: argparse.Namespace, counts: dict[str, int]) -> Iterator[st
     )
     yield (
         f"Analysed: {counts['analysed']}; {counts['accepted']} accepted,"
+        f" {counts['analysed'] - counts['accepted'] - counts['retakes']} to be decided on,"
         f" {counts['retakes']} would have to be taken again."
     )
     if counts["unread"]:

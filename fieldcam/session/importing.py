@@ -6,8 +6,9 @@ content, and one that was kept without a reading is analysed now.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 
 from fieldcam.errors import AnalysisFailed, AnalysisOff, BadInput, FieldcamError
@@ -18,10 +19,12 @@ from fieldcam.session.intake import Fate, Intake, Taken
 from fieldcam.session.recording import StoredVisit
 from fieldcam.session.walk import Analyst
 from fieldcam.store.captures import SavedCapture, refuse_other_kind
+from fieldcam.store.history import capture_record
 from fieldcam.store.imports import failed_alike
 from fieldcam.store.judgement_rows import Action, Decision
 from fieldcam.store.orchard_rows import Block
 from fieldcam.store.readings import reading_row
+from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.values import ClusterReading, Status, Verdict
 
@@ -55,14 +58,17 @@ def import_pairs(
     analyst: Analyst,
     files: Iterable[CaptureFile],
     checksums: Checksums = NO_CHECKSUMS,
+    accepting: Collection[Status] = (Status.ACCEPT,),
 ) -> Iterator[Outcome]:
     """One outcome for each pair; earlier days are to come first, as later ones build on them.
 
-    Errors of the store end it, and so does an analysis that is off for good.
+    Pictures of other verdicts than those in `accepting` wait for a decision. Errors of the
+    store end it, and so does an analysis that is off for good.
     """
     refuse_other_kind(store.folder, simulated=False)
     store.sign_in(OPERATOR)
     intake = Intake(store, block)
+    analysed = partial(_analysed, intake, analyst, accepting)
     late: list[tuple[CaptureFile, Taken]] = []
     for file in files:
         try:
@@ -72,7 +78,7 @@ def import_pairs(
             continue
         taken = intake.take(file, pair)
         try:
-            yield _analysed(intake, analyst, file, taken)
+            yield analysed(file, taken)
         except AnalysisOff:
             raise
         except AnalysisFailed:
@@ -80,7 +86,7 @@ def import_pairs(
     # A machine that was busy may have time now.
     for file, taken in late:
         try:
-            yield _analysed(intake, analyst, file, taken)
+            yield analysed(file, taken)
         except AnalysisOff:
             raise
         except AnalysisFailed as error:
@@ -94,9 +100,16 @@ def _read_files(file: CaptureFile, checksums: Checksums) -> PairFiles:
     return pair
 
 
-def _analysed(intake: Intake, analyst: Analyst, file: CaptureFile, taken: Taken) -> Outcome:
+def _analysed(
+    intake: Intake,
+    analyst: Analyst,
+    accepting: Collection[Status],
+    file: CaptureFile,
+    taken: Taken,
+) -> Outcome:
     """Raises AnalysisFailed where the pair's own files are not at fault."""
     if taken.unread is None:
+        _accept_known(intake.store, taken.read, accepting)
         return Outcome(file, taken.fate, problem=taken.problem, mended=taken.mended)
     visit = StoredVisit(intake.store, intake.visit(file.day))
     started = perf_counter()
@@ -106,15 +119,26 @@ def _analysed(intake: Intake, analyst: Analyst, file: CaptureFile, taken: Taken)
         raise
     except FieldcamError as error:
         return _failed(intake, file, taken, error)
-    _keep(intake.store, taken.unread, reading, (perf_counter() - started) * 1000)
+    accepted = reading.verdict.status in accepting
+    _keep(intake.store, taken.unread, reading, (perf_counter() - started) * 1000, accepted)
     return Outcome(file, taken.fate, reading.verdict, mended=taken.mended)
 
 
-def _keep(store: Store, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:
+def _keep(
+    store: Store, saved: SavedCapture, reading: ClusterReading, duration_ms: float, accepted: bool
+) -> None:
     """The reading and its acceptance are one, so that no crash comes between them."""
     rows = reading_row(saved.key, reading, duration_ms), Decision(saved.key, Action.ACCEPT)
-    retake = reading.verdict.status is Status.RETAKE
-    store.append(*(rows[:1] if retake else rows))
+    store.append(*(rows if accepted else rows[:1]))
+
+
+def _accept_known(store: Store, capture: EntryId | None, accepting: Collection[Status]) -> None:
+    """What was read before and waits for a decision."""
+    record = None if capture is None else capture_record(store.database, capture)
+    if record is None or record.reading is None or record.action is not None:
+        return
+    if record.reading.status in accepting:
+        store.append(Decision(record.id, Action.ACCEPT))
 
 
 def _failed(intake: Intake, file: CaptureFile, taken: Taken, error: FieldcamError) -> Outcome:

@@ -44,6 +44,8 @@ class Taken:
     """Why it was skipped."""
     mended: int = 0
     """Images whose copy in the data folder was damaged."""
+    read: EntryId | None = None
+    """The capture, where it has a reading."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +88,7 @@ class Intake:
 
     def _known(self, pair: KnownPair) -> Taken:
         if pair.analysed or pair.discarded:
-            return Taken(Fate.KNOWN)
+            return Taken(Fate.KNOWN, read=pair.capture if pair.analysed else None)
         return Taken(Fate.KNOWN, saved_capture(self.store.database, pair.capture))
 
     def _tidy(self, known: tuple[KnownPair, ...]) -> None:
