@@ -126,6 +126,9 @@ class NotedWalk:
     def hidden(self) -> None:
         self.asked.append(("hidden",))
 
+    def accept_picture(self, capture: EntryId) -> None:
+        self.asked.append(("accept_picture", capture))
+
     def tell_missing(self, capture: EntryId, place: Place, answer: Answer) -> None:
         self.asked.append(("tell_missing", capture, place, answer))
 

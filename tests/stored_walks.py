@@ -85,9 +85,12 @@ class MadeWalk:
         reading = made_reading([*target, *others], tag=replace(TAG, id=tag_read))
         return self.store.append(reading_row(capture, reading, 400.0))[0]
 
+    def accepted(self, capture: EntryId) -> Decision:
+        return Decision(capture, Action.ACCEPT)
+
     def accept(self, visit: EntryId, tag_id: int, fruitlets: int = 5) -> EntryId:
         """A picture that was saved, read and accepted."""
         capture = self.take(visit, tag_id).key
         self.read(capture, tag_id, fruitlets)
-        self.store.append(Decision(capture, Action.ACCEPT))
+        self.store.append(self.accepted(capture))
         return capture

@@ -49,7 +49,7 @@ class Walked:
 @pytest.fixture
 def walked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Walked]:
     monkeypatch.setattr(Space, "free_bytes", 72_000_000_000)
-    monkeypatch.setattr("fieldcam.tui.two_days_screen.tracks_of", tracked_by_id)
+    monkeypatch.setattr("fieldcam.tui.followed.tracks_of", tracked_by_id)
     with small_store(tmp_path) as store:
         made = MadeWalk(store)
         first, second = made.visit(), made.visit(2)
@@ -111,7 +111,7 @@ def test_what_was_said_is_shown_and_nothing_is_followed_twice(
         followed.append(len(cluster.words))
         return tracked_by_id(cluster)
 
-    monkeypatch.setattr("fieldcam.tui.two_days_screen.tracks_of", counting)
+    monkeypatch.setattr("fieldcam.tui.followed.tracks_of", counting)
     word = Word(Place(walked.one, 2), Place(walked.other, 2))
 
     async def script(driven: Driven) -> None:
@@ -158,7 +158,7 @@ def matched(cluster: FollowedCluster) -> tuple[Track, ...]:
 def test_what_a_word_changes_for_others_is_told(
     walked: Walked, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fieldcam.tui.two_days_screen.tracks_of", matched)
+    monkeypatch.setattr("fieldcam.tui.followed.tracks_of", matched)
     word = Word(Place(walked.one, 0), Place(walked.other, 1))
 
     async def script(driven: Driven) -> None:

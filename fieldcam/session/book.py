@@ -18,7 +18,7 @@ from fieldcam.session.viewing import WalkView, expected_at, is_learning
 from fieldcam.store.blocks import trees
 from fieldcam.store.counted import missing_words
 from fieldcam.store.fruit_rows import MissingWord
-from fieldcam.store.history import ReadingSummary, capture_record
+from fieldcam.store.history import CaptureRecord, ReadingSummary, capture_record
 from fieldcam.store.judgement_rows import (
     Action,
     Answer,
@@ -106,21 +106,14 @@ class WalkBook:
         With the last one the picture counts.
         """
         database = self.view.store.database
-        record = capture_record(database, capture)
-        if record is None or record.visit is None or record.tag_id is None:
-            raise NotNow("Which cluster this picture shows is not known yet.")
-        if record.action is not None:
-            raise NotNow("This picture is decided on already: U on Walk takes that back.")
-        words = missing_words(database, record.visit, record.tag_id)
+        record, visit, tag_id = self._open_question(capture)
+        words = missing_words(database, visit, tag_id)
         if any((word.reading, word.fruitlet) == (place.reading, place.fruitlet) for word in words):
             raise NotNow("That was told already: U on Walk takes the last answer back.")
-        marks = self.view.marks(record.tag_id, record.visit)
-        told = sum(mark.count for mark in marks)
-        before = expected_at(database, record.visit, record.tag_id).fruitlets
-        left = missing(record, before) - told - 1
+        marks = self.view.marks(tag_id, visit)
+        left = self._left_to_tell(record, visit, tag_id) - 1
         if left < 0:
             raise NotNow("No fruitlet is missing: F and H are for those that no picture shows.")
-        visit, tag_id = record.visit, record.tag_id
         rows: list[Row] = [
             MissingWord(visit, tag_id, place.reading, place.fruitlet, answer),
             FruitletMark.on_cluster(MARKS[answer], visit, tag_id),
@@ -133,6 +126,19 @@ class WalkBook:
         if visit == self.view.visit:
             self._move_on(tag_id)
         return f"Tag {tag_id} accepted: all that is missing is told."
+
+    def accept_picture(self, capture: EntryId) -> str:
+        """A picture of any visit counts, where nothing is left to tell of it."""
+        record, visit, tag_id = self._open_question(capture)
+        if record.reading is None or record.reading.status is Status.RETAKE:
+            raise NotNow("There are no sizes to accept: the verdict is RETAKE, or there is none.")
+        if left := self._left_to_tell(record, visit, tag_id):
+            fruitlets = number_of(left, "fruitlet")
+            raise NotNow(f"{fruitlets} missing: T compares the days, F or H there answers.")
+        self.view.store.append(Decision(capture, Action.ACCEPT))
+        if visit == self.view.visit:
+            self._move_on(tag_id)
+        return f"Tag {tag_id} accepted."
 
     def retake(self) -> str:
         """The picture does not count; the cluster waits for another one."""
@@ -284,6 +290,21 @@ class WalkBook:
 
     def _missing(self, shown: Shown) -> int:
         return missing(shown.record, self.view.expectation(self._standing()).fruitlets)
+
+    def _open_question(self, capture: EntryId) -> tuple[CaptureRecord, EntryId, int]:
+        """A picture that is not decided on, its visit and its tag."""
+        record = capture_record(self.view.store.database, capture)
+        if record is None or record.visit is None or record.tag_id is None:
+            raise NotNow("Which cluster this picture shows is not known yet.")
+        if record.action is not None:
+            raise NotNow("This picture is decided on already: U on Walk takes that back.")
+        return record, record.visit, record.tag_id
+
+    def _left_to_tell(self, record: CaptureRecord, visit: EntryId, tag_id: int) -> int:
+        """How many of its missing fruitlets wait for an answer."""
+        before = expected_at(self.view.store.database, visit, tag_id).fruitlets
+        told = sum(mark.count for mark in self.view.marks(tag_id, visit))
+        return max(0, missing(record, before) - told)
 
     def _answered(self, answer: Answer, tag_id: int, shown: Shown) -> str:
         """The picture counts, and so many fruitlets as were not marked before."""

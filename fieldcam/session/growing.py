@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 from sqlite_utils import Database
@@ -19,9 +19,11 @@ from fieldcam.growth.places import (
 )
 from fieldcam.store.counted import CountedPicture, CountedVisit, association_words, counted_visits
 from fieldcam.store.fruit_rows import AssociationWord
-from fieldcam.store.judgement_rows import Answer
+from fieldcam.store.history import CaptureRecord, cluster_history, corrected_target
+from fieldcam.store.judgement_rows import Answer, MarkKind
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
+from fieldcam.values import Status
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +49,30 @@ class FollowedCluster:
 def cluster_rows(database: Database, block: EntryId, tag_id: int) -> ClusterRows:
     """One cluster."""
     return _with_words(database, tag_id, counted_visits(database, block, tag_id))
+
+
+def rows_with_undecided(database: Database, block: EntryId, tag_id: int) -> ClusterRows:
+    """One cluster as if each visit's last picture counted that was read and waits for a word."""
+    rows = cluster_rows(database, block, tag_id)
+    by_day = {visit.day: visit for visit in rows.visits}
+    for record in undecided(database, block, tag_id):
+        assert record.day is not None  # it is of a visit
+        visit = by_day.get(record.day, CountedVisit(tag_id, record.day, (), 0, 0))
+        pictures = (*visit.pictures, _as_counted(database, record))
+        by_day[record.day] = replace(visit, pictures=pictures)
+    return _with_words(database, tag_id, [by_day[day] for day in sorted(by_day)])
+
+
+def undecided(database: Database, block: EntryId, tag_id: int) -> tuple[CaptureRecord, ...]:
+    """Each visit's last picture of a cluster, where it was read and waits for a decision."""
+    last = {record.visit: record for record in cluster_history(database, block, tag_id)}
+    return tuple(
+        record
+        for record in last.values()
+        if record.action is None
+        and record.reading is not None
+        and record.reading.status is not Status.RETAKE
+    )
 
 
 def block_rows(database: Database, block: EntryId) -> tuple[ClusterRows, ...]:
@@ -115,6 +141,23 @@ def _view(database: Database, picture: CountedPicture) -> View:
         picture.struck_out,
         picture.fallen,
         picture.cluster,
+    )
+
+
+def _as_counted(database: Database, record: CaptureRecord) -> CountedPicture:
+    assert record.reading is not None  # it was read
+    marked = {
+        kind: frozenset(seen.id for seen in record.reading.fruitlets if kind in seen.marks)
+        for kind in (MarkKind.NOT_A_FRUITLET, MarkKind.FALLEN)
+    }
+    return CountedPicture(
+        capture=record.id,
+        reading=record.reading.id,
+        cluster=corrected_target(database, record.reading.id),
+        living=record.reading.living,
+        area_px=0,
+        struck_out=marked[MarkKind.NOT_A_FRUITLET],
+        fallen=marked[MarkKind.FALLEN],
     )
 
 

@@ -134,6 +134,13 @@ def cluster_marks(database: Database, block: EntryId, tag_id: int) -> tuple[Clus
     )
 
 
+def corrected_target(database: Database, reading: EntryId) -> int | None:
+    """The cluster of a reading that the operator said is the target; None: as it was read."""
+    sql = "SELECT cluster FROM target_correction_now WHERE reading = ?"
+    found = rows(database, sql, reading)
+    return found[0]["cluster"] if found else None
+
+
 def notes_on(database: Database, subject: EntryId) -> tuple[str, ...]:
     """Notes about a row, the oldest first."""
     sql = "SELECT text FROM note JOIN standing USING (id) WHERE subject = ? ORDER BY turn"

@@ -210,7 +210,8 @@ class FieldcamApp(EndableApp[None]):
         self._open(ClusterScreen)
 
     def action_two_days(self) -> None:
-        self._open(TwoDaysScreen)
+        over_walk = isinstance(self.screen, WalkScreen)
+        self._open(lambda walk, state: TwoDaysScreen(walk, state, over_walk))
 
     def action_block(self) -> None:
         self._open(BlockScreen)

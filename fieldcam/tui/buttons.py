@@ -25,10 +25,11 @@ ACCEPT = Key("ACCEPT  Enter", "accept", Tone.GOOD)
 RETAKE = Key("RETAKE  R", "retake", Tone.BAD)
 FALLEN = Key("FALLEN  F", "fallen", Tone.ASK)
 HIDDEN = Key("HIDDEN  H", "hidden", Tone.ASK)
+COMPARE = Key("TWO DAYS  2", "two_days", Tone.PLAIN)
 USUAL = (CAPTURE, ACCEPT, RETAKE)
-QUESTION = (FALLEN, HIDDEN, RETAKE)
-"""The answers to CONFIRM's one question."""
-ALL = (CAPTURE, ACCEPT, FALLEN, HIDDEN, RETAKE)
+QUESTION = (FALLEN, HIDDEN, COMPARE, RETAKE)
+"""The answers to CONFIRM's one question, and what helps to find them."""
+ALL = (CAPTURE, ACCEPT, FALLEN, HIDDEN, COMPARE, RETAKE)
 """As they stand from left to right, so that RETAKE never moves."""
 
 

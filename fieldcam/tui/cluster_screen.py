@@ -24,7 +24,7 @@ from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
 from fieldcam.store.said import Word, said
 from fieldcam.tui import answers
-from fieldcam.tui.asking import AskText
+from fieldcam.tui.asking import AskText, AskYes
 from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage, block_tags, tag_to_show
 from fieldcam.tui.days_view import DaysView, Past
 from fieldcam.tui.forms import AskForm, Field
@@ -39,7 +39,6 @@ from fieldcam.words import letter_of, number_of
 NO_PICTURE = "There is no picture of this cluster yet."
 NO_OTHER = "There is no other picture of this cluster."
 DECIDED = "This picture is decided on already."
-OTHER_VISIT = "This picture is of another visit: only those of this walk can be decided on."
 NO_FRUITLET = "No fruitlet of this cluster was found in this picture."
 
 
@@ -134,10 +133,21 @@ class ClusterScreen(ClusterPage):
         elif shown.record.action is not None:
             self.hear(News(DECIDED))
         elif shown.record.visit != state.route.visit:
-            self.hear(News(OTHER_VISIT))
+            self._ask_to_accept(shown)
         else:
             self.walk.go_to(self.tag_id)
             self.app.pop_screen()
+
+    def _ask_to_accept(self, shown: Shown) -> None:
+        """One of an earlier visit, before which nobody stands any more."""
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                self.walk.accept_picture(shown.id)
+
+        reasons = () if shown.reading is None else shown.reading.verdict.reasons
+        asked = " ".join(["This picture is of an earlier visit.", *(r.text for r in reasons)])
+        self.app.push_screen(AskYes(f"{asked} Does it count?"), answered)
 
     def action_king(self) -> None:
         if (found := self._chosen()) is not None:

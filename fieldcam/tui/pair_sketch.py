@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,8 @@ from fieldcam.session.state import Shown
 from fieldcam.tui.pairs import Pair, PairRow
 from fieldcam.tui.picture import CHOSEN, OUTLINE, Colour, Frame, draw_line, frame_around, still
 from fieldcam.tui.sketch import Label, Painted, Size, nearest, targets
-from fieldcam.values import ImageU8
+from fieldcam.values import Fruitlet, ImageU8
+from fieldcam.words import letter_of
 
 GAP = 40
 """The room between the pictures is one such part of the width."""
@@ -26,6 +28,8 @@ class TwoStills:
     pair: Pair
     rows: tuple[PairRow, ...]
     chosen: int
+    alone: tuple[tuple[Fruitlet, ...], ...] = ((), ())
+    """Each picture's fruitlets without depth, which have a letter and no number."""
 
     @property
     def key(self) -> object:
@@ -52,7 +56,16 @@ class TwoStills:
             for place in places
             if place is not None
         ]
-        return Painted(image, tuple(labels))
+        return Painted(image, (*labels, *self._letters(half, second)))
+
+    def _letters(self, half: Size, second: int) -> Iterator[Label]:
+        for shown, fruitlets, x0 in zip(self.pair, self.alone, (0, second), strict=True):
+            frame = _frame(shown, half)
+            if frame is None:
+                continue
+            for fruitlet in fruitlets:
+                x, y = frame.place(fruitlet.center_px)
+                yield Label(x0 + x, y, f"{letter_of(fruitlet.id)}?", OUTLINE)
 
     def at(self, x: float, y: float, size: Size) -> Place | None:
         half, second = _halves(size)

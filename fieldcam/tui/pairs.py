@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 
@@ -10,8 +10,11 @@ from fieldcam.growth.doubts import SURE
 from fieldcam.growth.places import Place, Track, TrackedVisit, Word
 from fieldcam.growth.records import Presence
 from fieldcam.session.state import Shown
-from fieldcam.store.fruit_rows import AssociationWord
+from fieldcam.store.fruit_rows import AssociationWord, MissingWord
+from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.rows import EntryId
+from fieldcam.tui.sketch import living
+from fieldcam.values import Fruitlet
 from fieldcam.words import letter_of
 
 Pair = tuple[Shown, Shown]
@@ -36,10 +39,17 @@ class PairRow:
     """Of the match, where both pictures show it."""
     by_hand: bool
     """The operator's word made or confirmed the match, or said that there is none."""
+    told: Answer | None = None
+    """What the operator said of one that the later picture does not show."""
 
     @property
     def doubtful(self) -> bool:
         return self.confidence < SURE and not self.by_hand
+
+    @property
+    def missing(self) -> bool:
+        """The later picture does not show it."""
+        return self.other is None
 
 
 def pairs_of(days: Sequence[Sequence[Shown]]) -> tuple[tuple[Pair, ...], ...]:
@@ -57,19 +67,45 @@ def pairs_of(days: Sequence[Sequence[Shown]]) -> tuple[tuple[Pair, ...], ...]:
 
 
 def pair_rows(
-    tracks: Sequence[Track], pair: Pair, words: Sequence[AssociationWord] = ()
+    tracks: Sequence[Track],
+    pair: Pair,
+    words: Sequence[AssociationWord] = (),
+    told: Sequence[MissingWord] = (),
 ) -> tuple[PairRow, ...]:
     """The fruitlets that one of the pictures shows, in the order of their tracks.
 
-    `words` are the operator's, by which a fruitlet may have no match.
+    `words` are the operator's, by which a fruitlet may have no match; `told` are the answers
+    on the later day.
     """
+    answers = {Place(word.reading, word.fruitlet): word.answer for word in told}
     rows = [row for track in tracks if (row := _row(track, pair)) is not None]
     alone = {
         (Place(word.one_reading, word.one_fruitlet), word.other_reading)
         for word in words
         if word.other_fruitlet is None
     }
-    return tuple(replace(row, by_hand=row.by_hand or _unmatched(row, pair, alone)) for row in rows)
+    return tuple(
+        replace(
+            row,
+            by_hand=row.by_hand or _unmatched(row, pair, alone),
+            told=_told(row, tracks, answers),
+        )
+        for row in rows
+    )
+
+
+def unplaced(tracks: Sequence[Track], pair: Pair) -> tuple[tuple[Fruitlet, ...], ...]:
+    """What each picture shows that has no depth: it can be nobody of the other day."""
+    known = {place for track in tracks for visit in track.visits.values() for place in visit.places}
+    return tuple(
+        tuple(
+            fruitlet
+            for fruitlet in living(shown)
+            if shown.record.reading is not None
+            and Place(shown.record.reading.id, fruitlet.id) not in known
+        )
+        for shown in pair
+    )
 
 
 def said_word(rows: Sequence[PairRow], chosen: int, number: int, pair: Pair) -> Word | None:
@@ -92,9 +128,19 @@ def said_word(rows: Sequence[PairRow], chosen: int, number: int, pair: Pair) -> 
     return None
 
 
-def pair_lines(rows: Sequence[PairRow], pair: Pair, chosen: int) -> Iterator[str]:
-    """A table: sizes of both days, growth, and how sure the match is."""
-    if not rows:
+def pair_lines(
+    rows: Sequence[PairRow],
+    pair: Pair,
+    chosen: int,
+    alone: Sequence[Sequence[Fruitlet]] = ((), ()),
+    asked: bool = False,
+) -> Iterator[str]:
+    """A table: sizes of both days, growth, and how sure the match is.
+
+    `alone` are each picture's fruitlets without depth; `asked`: what is missing in the later
+    picture waits for an answer.
+    """
+    if not rows and not any(alone):
         yield NEITHER
         return
     days = [f"{shown.record.day:%d %b}" for shown in pair]
@@ -106,8 +152,11 @@ def pair_lines(rows: Sequence[PairRow], pair: Pair, chosen: int) -> Iterator[str
             _size(place, size).rjust(9)
             for place, size in zip((row.one, row.other), row.sizes_mm, strict=True)
         )
-        said = _said(row, days[0])
+        said = _asked(row) if asked and row.missing else _said(row, days[0])
         yield f"{mark}{row.number:3}  {sizes}   {_rate(row, elapsed):8} {said}".rstrip()
+    for day, fruitlets in zip(days, alone, strict=True):
+        for fruitlet in fruitlets:
+            yield f"   ?  {letter_of(fruitlet.id)} on {day} has no depth: it may be any of these"
 
 
 def _row(track: Track, pair: Pair) -> PairRow | None:
@@ -184,6 +233,22 @@ def _said(row: PairRow, first_day: str) -> str:
         return f"? {row.confidence:.0%} sure" if row.doubtful else ""
     by_hand = ", by hand" if row.by_hand else ""
     return f"{_missing(row, first_day)}{by_hand}"
+
+
+def _asked(row: PairRow) -> str:
+    """Of a picture that is not decided: what was told, else what the picture says itself."""
+    if row.told is not None:
+        return f"{row.told}, told by hand"
+    empty = row.presences[1] is Presence.FALLEN
+    looks = "its place looks empty" if empty else "something may hide it"
+    return f"missing: {looks}"
+
+
+def _told(row: PairRow, tracks: Sequence[Track], answers: Mapping[Place, Answer]) -> Answer | None:
+    """Whichever of its earlier pictures the answer was given on."""
+    track = next(track for track in tracks if track.number == row.number)
+    places = (place for visit in track.visits.values() for place in visit.places)
+    return next((answers[place] for place in places if place in answers), None)
 
 
 def _missing(row: PairRow, first_day: str) -> str:

@@ -96,6 +96,12 @@ def targets(shown: Shown) -> tuple[Fruitlet, ...]:
     return tuple(fruitlet for fruitlet in fruitlets if fruitlet.id in ids)
 
 
+def living(shown: Shown) -> tuple[Fruitlet, ...]:
+    """Those of the target that count."""
+    ids = {seen.id for seen in shown.target if seen.living}
+    return tuple(fruitlet for fruitlet in targets(shown) if fruitlet.id in ids)
+
+
 def nearest(shown: Shown, frame: Frame, x: float, y: float) -> Place | None:
     """The target's fruitlet at this small pixel of the picture."""
     found = targets(shown)

@@ -169,8 +169,13 @@ def _verdict(state: WalkState, shown: Shown) -> Banner:
     if shown.status is Status.RETAKE:
         return Banner("RETAKE", "cross", Tone.BAD, sentence)
     if state.missing:
-        question = f"{state.missing} fewer than last visit: fallen, or hidden by a leaf?"
-        return Banner("CONFIRM", "query", Tone.ASK, question)
+        told = f" {state.told} told." if state.told else ""
+        question = f"{state.missing} fewer than last visit: fallen, or hidden by a leaf?{told}"
+        return Banner("CONFIRM", "query", Tone.ASK, f"{question} 2 compares the days.")
+    if state.more:
+        asked = f"{state.more} more than last visit: hidden then, or not of this cluster?"
+        answers = "Enter keeps all, X strikes the chosen one, 2 compares the days."
+        return Banner("CONFIRM", "query", Tone.ASK, f"{asked} {answers}")
     if shown.status is Status.CONFIRM:
         return Banner("CONFIRM", "query", Tone.ASK, sentence)
     return Banner("ACCEPT", "tick", Tone.GOOD, sentence or "A good picture: Enter accepts it.")

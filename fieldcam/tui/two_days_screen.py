@@ -2,52 +2,43 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
-from sqlite_utils import Database
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
-from fieldcam.growth.places import Place, Track
+from fieldcam.growth.places import Place
 from fieldcam.session.commands import Walk
-from fieldcam.session.growing import ClusterRows, cluster_rows, followed_cluster, tracks_of
 from fieldcam.session.state import WalkState
-from fieldcam.session.viewing import shown_picture
-from fieldcam.store.history import capture_record
-from fieldcam.store.objects import Objects
-from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage, block_tags, tag_to_show
+from fieldcam.store.judgement_rows import Answer
+from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage
 from fieldcam.tui.days_view import Past
+from fieldcam.tui.followed import Followed, followed
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.news import News
 from fieldcam.tui.pair_changes import places_of, told_changes
 from fieldcam.tui.pair_sketch import TwoStills
-from fieldcam.tui.pairs import Pair, PairRow, pair_lines, pair_rows, pairs_of, said_word
+from fieldcam.tui.pairs import (
+    Pair,
+    PairRow,
+    pair_lines,
+    pair_rows,
+    said_word,
+    unplaced,
+)
 from fieldcam.tui.picture_view import PictureView, picture_view
 
 LOOKING = "Looking for each fruitlet on the other days."
 TOO_FEW = "There are no two accepted pictures of this cluster to compare yet."
 HINT = "1-9: the chosen one (>) is this one on the other side; 0: it is not there."
+QUESTION = "The chosen one (>): F it has fallen, H it is hidden. R on Walk: take it again."
 NO_OTHER_DAYS = "This cluster has no pictures of other days."
 NO_OTHER_VIEWS = "There are no other pictures of these days."
 NOTHING = "These two are not one of each picture: a match needs one on either side."
 TALL = 36
 """Rows of the window from which on the table gets more room."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Followed:
-    """A cluster's accepted pictures, and its fruitlets over them."""
-
-    tags: tuple[int, ...]
-    """Of the block."""
-    rows: ClusterRows
-    """What it was made of."""
-    groups: tuple[tuple[Pair, ...], ...]
-    """For each two visits on end the pairs of their pictures."""
-    tracks: tuple[Track, ...]
 
 
 class TwoDaysScreen(ClusterPage):
@@ -56,7 +47,8 @@ class TwoDaysScreen(ClusterPage):
     CSS_PATH = "two_days_screen.tcss"
     TITLE = "Two days"
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,t,v", "app.cluster", "Back"),
+        Binding("escape", "back", "Back"),
+        Binding("t,v", "app.cluster", "Cluster", show=False),
         Binding("left", "browse(-1)", "Days", key_display="←→"),
         Binding("right", "browse(1)", "Later days", show=False),
         *ONWARD,
@@ -66,14 +58,18 @@ class TwoDaysScreen(ClusterPage):
         Binding("1", "match(1)", "Same", key_display="1-9"),
         *(Binding(str(n), f"match({n})", "Same", show=False) for n in range(2, 10)),
         Binding("0", "match(0)", "Not there"),
+        Binding("f", "tell('fallen')", "Fallen", show=False),
+        Binding("h", "tell('hidden')", "Hidden", show=False),
         Binding("u", "undo", "Undo"),
         # There is no room for them below.
         Binding("o", "app.route", "Route", show=False),
         Binding("i", "app.device", "Device", show=False),
     ]
 
-    def __init__(self, walk: Walk, state: WalkState | None = None) -> None:
+    def __init__(self, walk: Walk, state: WalkState | None = None, over_walk: bool = False) -> None:
+        """`over_walk`: it goes back to the Walk screen, else to Cluster."""
         super().__init__(walk, state)
+        self._over_walk = over_walk
         self._followed: Followed | None = None
         self._group = -1
         self._pair = 0
@@ -93,7 +89,7 @@ class TwoDaysScreen(ClusterPage):
         self.set_class(self.pictures is Pictures.NONE, "-words")
         self.set_class(self.app.size.height >= TALL, "-tall")
         self.look_up(
-            state.folder, partial(_followed, state, self.looks_at, self._followed), self._found
+            state.folder, partial(followed, state, self.looks_at, self._followed), self._found
         )
 
     def hear(self, told: News) -> None:
@@ -141,8 +137,28 @@ class TwoDaysScreen(ClusterPage):
         else:
             self.walk.match(word)
 
+    def action_tell(self, answer: str) -> None:
+        """Why the later picture does not show the chosen fruitlet."""
+        row = next((row for row in self._rows if row.number == self._number), None)
+        if not self._pairs or row is None:
+            return
+        if row.one is None or not row.missing:
+            self.hear(News(f"{row.number} is not missing: up and down choose one.", bad=True))
+            return
+        self.walk.tell_missing(self._pairs[self._pair][1].id, row.one, Answer(answer))
+
+    async def action_back(self) -> None:
+        await self.run_action("app.pop_screen" if self._over_walk else "app.cluster")
+
     def action_undo(self) -> None:
-        if self.tag_id is not None:
+        """Of what is told here the newest; the answers are the walk's."""
+        if (
+            self._followed is not None
+            and self._pairs
+            and self._followed.told(self._pairs[self._pair])
+        ):
+            self.walk.undo()
+        elif self.tag_id is not None:
             self.walk.undo_match(self.tag_id)
 
     @property
@@ -151,19 +167,35 @@ class TwoDaysScreen(ClusterPage):
         return groups[self._group] if groups else ()
 
     @property
+    def _asking(self) -> int:
+        """Which of the last days' pairs waits for answers; else the first."""
+        left = {} if self._followed is None else self._followed.left
+        groups = () if self._followed is None else self._followed.groups
+        pairs = groups[-1] if groups else ()
+        return next((n for n, pair in enumerate(pairs) if pair[1].id in left), 0)
+
+    @property
+    def _left(self) -> int:
+        """How many answers the later picture waits for."""
+        if self._followed is None or not self._pairs:
+            return 0
+        return self._followed.left.get(self._pairs[self._pair][1].id, 0)
+
+    @property
     def _rows(self) -> tuple[PairRow, ...]:
         if self._followed is None or not self._pairs:
             return ()
         followed, pair = self._followed, self._pairs[self._pair]
-        return pair_rows(followed.tracks, pair, followed.rows.words)
+        return pair_rows(followed.tracks, pair, followed.rows.words, followed.told(pair))
 
     @property
     def _row(self) -> int:
-        """Where the chosen fruitlet stands; the first where it is in neither picture."""
+        """Where the chosen fruitlet stands; without one, the first that is asked about."""
+        rows = self._rows
         if self._chosen is None:
-            return 0
-        found = (n for n, row in enumerate(self._rows) if self._chosen in (row.one, row.other))
-        return next(found, 0)
+            asked = (n for n, row in enumerate(rows) if row.missing and row.told is None)
+            return next(asked, 0) if self._left else 0
+        return next((n for n, r in enumerate(rows) if self._chosen in (r.one, r.other)), 0)
 
     @property
     def _number(self) -> int:
@@ -179,7 +211,7 @@ class TwoDaysScreen(ClusterPage):
         self.tags = () if followed is None else followed.tags
         self.tag_id = None if followed is None else followed.rows.tag_id
         if before is None or followed is None or _days(before) != _days(followed):
-            self._group, self._pair = -1, 0
+            self._group, self._pair = -1, self._asking
         self._pair = min(self._pair, max(0, len(self._pairs) - 1))
         self._write()
         if before is not None and followed is not None and self._pairs:
@@ -201,9 +233,15 @@ class TwoDaysScreen(ClusterPage):
         rows, pair, number = self._rows, self._pairs[self._pair], self._number
         days = " and ".join(f"{shown.record.day:%d %b}" for shown in pair)
         views = f"   pictures {self._pair + 1}/{len(self._pairs)}" if len(self._pairs) > 1 else ""
-        self.query_one("#heading", Static).update(f"Tag {self.tag_id}   {days}{views}")
-        self.query_one(PictureView).draw(TwoStills(pair, rows, number))
-        self.query_one("#pair-lines", Static).update("\n".join(pair_lines(rows, pair, number)))
+        asked = pair[1].record.action is None
+        left = f"   {self._left} missing to tell" if self._left else ""
+        undecided = f"   not decided{left}" if asked else ""
+        self.query_one("#heading", Static).update(f"Tag {self.tag_id}   {days}{views}{undecided}")
+        alone = unplaced(self._followed.tracks, pair) if self._followed is not None else ((), ())
+        self.query_one(PictureView).draw(TwoStills(pair, rows, number, alone))
+        lines = pair_lines(rows, pair, number, alone, asked)
+        self.query_one("#pair-lines", Static).update("\n".join(lines))
+        self.query_one("#hint", Static).update(QUESTION if self._left else HINT)
         self.query_one("#pairs", Past).scroll_to(y=self._row - 1, animate=False)
 
     def _say(self, sentence: str) -> None:
@@ -217,29 +255,3 @@ class TwoDaysScreen(ClusterPage):
 def _days(followed: Followed) -> tuple[int, int]:
     """Of which cluster, and how many."""
     return followed.rows.tag_id, len(followed.groups)
-
-
-def _followed(
-    state: WalkState, asked: int | None, before: Followed | None, database: Database
-) -> Followed | None:
-    """Read and followed anew only where its rows have changed; None without a cluster."""
-    objects, tags = Objects(state.folder), block_tags(database, state)
-    tag_id = tag_to_show(asked, state, tags)
-    if tag_id is None:
-        return None
-    rows = cluster_rows(database, state.route.block, tag_id)
-    if before is not None and before.rows == rows:
-        return replace(before, tags=tags)
-    cluster = followed_cluster(database, rows)
-    whole = {view.id: view.reading for visit in cluster.visits for view in visit.views}
-    days = []
-    for visit in rows.visits:
-        records = [capture_record(database, picture.capture) for picture in visit.pictures]
-        days.append(
-            [
-                shown_picture(database, objects, record, whole[record.reading.id])
-                for record in records
-                if record is not None and record.reading is not None and record.reading.id in whole
-            ]
-        )
-    return Followed(tags, rows, pairs_of([day for day in days if day]), tracks_of(cluster))

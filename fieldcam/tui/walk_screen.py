@@ -39,6 +39,7 @@ class WalkScreen(AtCluster):
         Binding("s", "second_view", "2nd view", show=False),
         Binding("f", "fallen", "Fallen", show=False),
         Binding("h", "hidden", "Hidden", show=False),
+        Binding("2", "two_days", "Two days", show=False),
         Binding("t", "correct_tag", "Tag"),
         Binding("c", "other_target", "Target", show=False),
         Binding("x", "strike", "Strike", show=False),
@@ -119,6 +120,10 @@ class WalkScreen(AtCluster):
 
     def action_hidden(self) -> None:
         self.ask("Hidden …", self.walk.hidden)
+
+    async def action_two_days(self) -> None:
+        """What helps to answer CONFIRM; the button's too."""
+        await self.run_action("app.two_days")
 
     def action_other_target(self) -> None:
         self.ask("Other target …", self.walk.other_target)
