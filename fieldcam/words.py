@@ -10,12 +10,9 @@ def number_of(count: int, noun: str) -> str:
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
 
 
-def letter_of(fruitlet: int) -> str:
-    """What screens call a fruitlet of one picture, by its id: A, B ... Z, AA, AB ...
-
-    Numbers are for fruitlets that are followed over days.
-    """
-    rest, last = divmod(fruitlet, len(ascii_uppercase))
+def letter_of(place: int) -> str:
+    """The letter of a place in a list that is counted from 0: A, B ... Z, AA, AB ..."""
+    rest, last = divmod(place, len(ascii_uppercase))
     return (letter_of(rest - 1) if rest else "") + ascii_uppercase[last]
 
 

@@ -151,7 +151,7 @@ def test_a_click_on_a_fruitlet_picks_it(
         width, height = view.size.width * columns, view.size.height * rows
         sketch = view._sketch
         assert isinstance(sketch, Still)
-        labels = replace(sketch, lettered=True).paint((width, height)).labels
+        labels = sketch.paint((width, height)).labels
         for label in (labels[3], labels[1]):
             offset = (int(label.x / columns), int(label.y / rows))
             await driven.pilot.click(PictureView, offset=offset)

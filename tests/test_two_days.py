@@ -207,8 +207,8 @@ def test_clicks_choose_on_the_left_and_match_on_the_right(walked: Walked) -> Non
         assert isinstance(sketch, TwoStills)
         size = view.size.width, view.size.height * 2
         labels = sketch.paint(size).labels
-        left = next(label for label in labels if label.text == "4")
-        right = [label for label in labels if label.text == "3"][1]
+        left = next(label for label in labels if label.text == "D")
+        right = [label for label in labels if label.text == "C"][1]
         assert left.x < size[0] / 2 < right.x
         for label in (left, right):
             offset = int(label.x), int(label.y / 2)

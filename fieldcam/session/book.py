@@ -34,7 +34,7 @@ from fieldcam.store.rows import EntryId, Row
 from fieldcam.store.walk_rows import Event, EventKind
 from fieldcam.store.walks import OPEN_STATES, ClusterState
 from fieldcam.values import HIGHEST_TAG_ID, Expectation, Status
-from fieldcam.words import letter_of, number_of
+from fieldcam.words import number_of
 
 MOST_MM = 100.0
 """No apple in its first weeks is larger."""
@@ -196,7 +196,7 @@ class WalkBook:
         if not any(f.id == fruitlet and f.in_target and f.living for f in reading.fruitlets):
             raise NotNow("Choose a fruitlet of the list first.")
         self.view.store.append(FruitletMark.on_fruitlet(MarkKind.KING, reading.id, fruitlet))
-        return f"Fruitlet {letter_of(fruitlet)} is the king."
+        return f"Fruitlet {reading.letter(fruitlet)} is the king."
 
     def add_by_hand(self, capture: EntryId, diameter_mm: float) -> str:
         """A fruitlet that the picture's reading does not have, measured by hand."""

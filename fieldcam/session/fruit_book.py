@@ -18,7 +18,6 @@ from fieldcam.store.fruit_rows import CaliperIdentity, CaliperSize
 from fieldcam.store.history import CaptureRecord, FruitletSeen, ReadingSummary, capture_record
 from fieldcam.store.lookups import row_of
 from fieldcam.store.rows import EntryId, Row
-from fieldcam.words import letter_of
 
 LONGEST_NAME = 20
 FAR_MM = 3.0
@@ -60,9 +59,9 @@ class FruitBook:
             raise NotNow(f"A fruit's name has at most {LONGEST_NAME} letters.")
         doubts = [
             *_doubts_on_name(
-                {each: names[each] for each in living if each in names}, fruitlet, name
+                reading, {each: names[each] for each in living if each in names}, fruitlet, name
             ),
-            *_doubts_on_size(living[fruitlet], diameter_mm),
+            *_doubts_on_size(reading, living[fruitlet], diameter_mm),
         ]
         if doubts and not insist:
             raise Doubtful(" ".join(doubts))
@@ -72,7 +71,7 @@ class FruitBook:
             written.append(size)
         self.view.store.append(*written)
         measured = "" if diameter_mm is None else f", {diameter_mm:.2f} mm by caliper"
-        return f"Fruitlet {letter_of(fruitlet)} is called {name}{measured}."
+        return f"Fruitlet {reading.letter(fruitlet)} is called {name}{measured}."
 
     def match(self, word: Word) -> str:
         """The operator's word on which fruitlet of one picture is which of another."""
@@ -110,22 +109,26 @@ class FruitBook:
         return next(name for n in count(1) if (name := str(n)) not in used)
 
 
-def _doubts_on_name(names: Mapping[int, str], fruitlet: int, name: str) -> Iterator[str]:
+def _doubts_on_name(
+    reading: ReadingSummary, names: Mapping[int, str], fruitlet: int, name: str
+) -> Iterator[str]:
     """`names` are those of the picture's fruitlets that live."""
-    here = letter_of(fruitlet)
+    here = reading.letter(fruitlet)
     if names.get(fruitlet, name) != name:
         yield f"{here} is called {names[fruitlet]} already. Is it called {name} from now on?"
-    there = next((letter_of(n) for n, said in names.items() if said == name and n != fruitlet), "")
-    if there:
+    others = (n for n, said in names.items() if said == name and n != fruitlet)
+    if there := next(map(reading.letter, others), ""):
         yield f"{there} is called {name} already. Is it {here} that is, and {there} not?"
 
 
-def _doubts_on_size(seen: FruitletSeen, calipers_mm: float | None) -> Iterator[str]:
+def _doubts_on_size(
+    reading: ReadingSummary, seen: FruitletSeen, calipers_mm: float | None
+) -> Iterator[str]:
     camera_mm = seen.diameter_mm
     if calipers_mm is None or camera_mm is None:
         return
     if abs(calipers_mm - camera_mm) > max(FAR_MM, FAR_SHARE * camera_mm):
         yield (
-            f"The camera measured {camera_mm:.2f} mm on {letter_of(seen.id)}."
+            f"The camera measured {camera_mm:.2f} mm on {reading.letter(seen.id)}."
             f" Is it {calipers_mm:.2f} mm by caliper?"
         )

@@ -14,6 +14,7 @@ from fieldcam.store.connection import rows
 from fieldcam.store.judgement_rows import Action, Answer, MarkKind
 from fieldcam.store.rows import EntryId
 from fieldcam.values import ReasonCode, Status
+from fieldcam.words import letter_of
 
 _Part = TypeVar("_Part")
 
@@ -59,6 +60,15 @@ class ReadingSummary:
     def target(self) -> tuple[FruitletSeen, ...]:
         """The fruitlets of the tagged cluster."""
         return tuple(fruitlet for fruitlet in self.fruitlets if fruitlet.in_target)
+
+    def letter(self, fruitlet: int) -> str:
+        """What every screen calls a fruitlet of this picture; the target's are A, B, C ...
+
+        Numbers are for fruitlets that are followed over days.
+        """
+        others = (seen for seen in self.fruitlets if not seen.in_target)
+        ids = [seen.id for seen in (*self.target, *others)]
+        return letter_of(ids.index(fruitlet) if fruitlet in ids else fruitlet)
 
     @property
     def sizes_mm(self) -> tuple[float, ...]:

@@ -33,8 +33,8 @@ from fieldcam.tui.history_words import picture_heading, picture_line, word_line
 from fieldcam.tui.news import News
 from fieldcam.tui.picture_view import PictureView, picture_view
 from fieldcam.tui.sizes_view import SizesView
-from fieldcam.tui.sketch import Still
-from fieldcam.words import letter_of, number_of
+from fieldcam.tui.sketch import Still, letter_in
+from fieldcam.words import number_of
 
 NO_PICTURE = "There is no picture of this cluster yet."
 NO_OTHER = "There is no other picture of this cluster."
@@ -180,7 +180,7 @@ class ClusterScreen(ClusterPage):
             Field("Diameter in mm, or empty", check=answers.size_mm),
             Field("Its number or name", "" if known is None else known.fruit),
         ]
-        question = f"Fruitlet {letter_of(fruitlet)} by caliper:"
+        question = f"Fruitlet {letter_in(shown, fruitlet)} by caliper:"
         self.app.push_screen(AskForm(question, fields, _measurement), measured)
 
     def action_undo(self) -> None:
@@ -194,7 +194,7 @@ class ClusterScreen(ClusterPage):
     def _point(self) -> None:
         """The chosen fruitlet stands out in the picture."""
         shown, chosen = self._shown, self.query_one(SizesView).chosen
-        sketch = None if shown is None else Still(shown, chosen, lettered=True)
+        sketch = None if shown is None else Still(shown, chosen)
         self.query_one(PictureView).draw(sketch)
 
     def _chosen(self) -> tuple[Shown, int] | None:
@@ -274,7 +274,9 @@ class ClusterScreen(ClusterPage):
             caption = picture_line(shown.record, places[shown.id], len(places))
         self.query_one("#caption", Static).update(caption)
         self.query_one(DaysView).show(history.days)
-        newest_first = [word_line(word, places) for word in reversed(history.words)]
+        readings = (picture.reading for picture in history.pictures)
+        known = {reading.id: reading for reading in readings if reading is not None}
+        newest_first = [word_line(word, places, known) for word in reversed(history.words)]
         self.query_one("#word-lines", Static).update("\n".join(newest_first))
 
 

@@ -7,7 +7,7 @@ from statistics import mean
 
 from fieldcam.store.days import ClusterDay
 from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
-from fieldcam.store.history import CaptureRecord
+from fieldcam.store.history import CaptureRecord, ReadingSummary
 from fieldcam.store.judgement_rows import (
     Action,
     Answer,
@@ -73,13 +73,17 @@ def day_lines(days: Sequence[ClusterDay]) -> Iterator[str]:
             before = day
 
 
-def word_line(word: Word, places: Mapping[EntryId, int]) -> str:
+Readings = Mapping[EntryId, ReadingSummary]
+"""The last one of each picture, by its id."""
+
+
+def word_line(word: Word, places: Mapping[EntryId, int], readings: Readings) -> str:
     """One line of what was said; `places` counts the pictures from 1."""
     who = f" {word.who}" if word.who else ""
     place = places.get(word.capture or "")
     picture = "" if place is None else f", picture {place}"
     why = f" ({word.why})" if word.why else ""
-    return f"{word.at:%d %b %H:%M}{who}{picture}: {_said(word.saying)}{why}"
+    return f"{word.at:%d %b %H:%M}{who}{picture}: {_said(word.saying, readings)}{why}"
 
 
 def _counted(day: ClusterDay) -> str:
@@ -115,12 +119,12 @@ def _marks(day: ClusterDay) -> list[str]:
     return found
 
 
-def _said(saying: Saying) -> str:
+def _said(saying: Saying, readings: Readings) -> str:
     match saying:
         case Decision(_, action, answer):
             return DECIDED[action] + _answer(answer)
         case FruitletMark():
-            return _mark(saying)
+            return _mark(saying, readings)
         case TagCorrection(_, tag_id):
             return f"is of tag {tag_id}"
         case TargetCorrection(_, cluster):
@@ -131,21 +135,27 @@ def _said(saying: Saying) -> str:
             return "skipped"
         case CaliperSize(_, _, day, fruit, diameter_mm):
             return f"{fruit} has {diameter_mm:.2f} mm by caliper on {day:%d %b}"
-        case CaliperIdentity(_, fruitlet, fruit):
-            return f"fruitlet {letter_of(fruitlet)} is called {fruit}"
-        case AssociationWord(_, fruitlet, _, other):
-            partner = "not in" if other is None else f"{letter_of(other)} of"
-            return f"fruitlet {letter_of(fruitlet)} is {partner} another picture"
+        case CaliperIdentity(reading, fruitlet, fruit):
+            return f"fruitlet {_letter(readings, reading, fruitlet)} is called {fruit}"
+        case AssociationWord(reading, fruitlet, there, other):
+            partner = "not in" if other is None else f"{_letter(readings, there, other)} of"
+            return f"fruitlet {_letter(readings, reading, fruitlet)} is {partner} another picture"
 
 
 def _answer(answer: Answer | None) -> str:
     return "" if answer is None else f", fewer as {answer}"
 
 
-def _mark(mark: FruitletMark) -> str:
+def _mark(mark: FruitletMark, readings: Readings) -> str:
     word = MARKED[mark.mark]
     if mark.diameter_mm is not None:
         return f"{word} with {mark.diameter_mm:.2f} mm"
     if mark.fruitlet is None:
         return f"{mark.count} {word}"
-    return f"fruitlet {letter_of(mark.fruitlet)} {word}"
+    return f"fruitlet {_letter(readings, mark.reading or '', mark.fruitlet)} {word}"
+
+
+def _letter(readings: Readings, reading: EntryId, fruitlet: int) -> str:
+    """Of a picture that was read again since, by its number in the reading before."""
+    known = readings.get(reading)
+    return letter_of(fruitlet) if known is None else known.letter(fruitlet)

@@ -8,7 +8,7 @@ from fieldcam.growth.places import Place, Track
 from fieldcam.growth.records import Presence
 from fieldcam.store.fruit_rows import AssociationWord
 from fieldcam.tui.pairs import Pair, PairRow, pair_rows
-from fieldcam.words import letter_of
+from fieldcam.tui.sketch import letter_in
 
 ELSEWHERE = "fruitlets of other days were matched anew"
 COUNTS_AS: dict[Presence | None, str] = {
@@ -33,7 +33,7 @@ def told_changes(
 ) -> str:
     """A sentence on all fruitlets but those that were `said`; empty where none has changed."""
     rows = pair_rows(before, pair), pair_rows(after, pair)
-    told = list(_in_pair(*rows, said))
+    told = list(_in_pair(*rows, pair, said))
     readings = {shown.record.reading.id for shown in pair if shown.record.reading is not None}
     if _outside(before, readings) != _outside(after, readings):
         told.append(ELSEWHERE)
@@ -41,15 +41,20 @@ def told_changes(
 
 
 def _in_pair(
-    before: Sequence[PairRow], after: Sequence[PairRow], said: frozenset[Place]
+    before: Sequence[PairRow], after: Sequence[PairRow], pair: Pair, said: frozenset[Place]
 ) -> Iterator[str]:
     known = {(row.one, row.other): row for row in before}
     for row in after:
         old = known.get((row.one, row.other))
         shown = [place for place in (row.one, row.other) if place is not None]
-        named = f"{row.number} ({letter_of(shown[0].fruitlet)})"
+        letters = [
+            letter_in(picture, place.fruitlet)
+            for picture, place in zip(pair, (row.one, row.other), strict=True)
+            if place is not None
+        ]
+        named = f"{row.number} ({letters[0]})"
         if old is None and len(shown) == 2 and not said.issuperset(shown):
-            yield f"{named} is matched with {letter_of(shown[1].fruitlet)} now"
+            yield f"{named} is matched with {letters[1]} now"
         elif old is None and not said.issuperset(shown):
             yield f"{named} has no match any more"
         elif old is not None and len(shown) == 1 and old.presences[1] is not row.presences[1]:

@@ -10,10 +10,18 @@ import numpy as np
 from fieldcam.growth.places import Place
 from fieldcam.session.state import Shown
 from fieldcam.tui.pairs import Pair, PairRow
-from fieldcam.tui.picture import CHOSEN, OUTLINE, Colour, Frame, draw_line, frame_around, still
-from fieldcam.tui.sketch import Label, Painted, Size, nearest, targets
+from fieldcam.tui.picture import (
+    ASKED,
+    CHOSEN,
+    OUTLINE,
+    Colour,
+    Frame,
+    draw_line,
+    frame_around,
+    still,
+)
+from fieldcam.tui.sketch import Label, Painted, Size, letter_in, nearest, targets
 from fieldcam.values import Fruitlet, ImageU8
-from fieldcam.words import letter_of
 
 GAP = 40
 """The room between the pictures is one such part of the width."""
@@ -51,10 +59,10 @@ class TwoStills:
         for row, (start, end) in zip(self.rows, ends, strict=True):
             self._join(image, row, start, end)
         labels = [
-            Label(*place, str(row.number), self._colour(row))
+            Label(*end, letter_in(shown, place.fruitlet), self._colour(row))
             for row, places in zip(self.rows, ends, strict=True)
-            for place in places
-            if place is not None
+            for shown, place, end in zip(self.pair, (row.one, row.other), places, strict=True)
+            if place is not None and end is not None
         ]
         return Painted(image, (*labels, *self._letters(half, second)))
 
@@ -65,7 +73,7 @@ class TwoStills:
                 continue
             for fruitlet in fruitlets:
                 x, y = frame.place(fruitlet.center_px)
-                yield Label(x0 + x, y, f"{letter_of(fruitlet.id)}?", OUTLINE)
+                yield Label(x0 + x, y, f"{letter_in(shown, fruitlet.id)}?", ASKED)
 
     def at(self, x: float, y: float, size: Size) -> Place | None:
         half, second = _halves(size)
@@ -85,7 +93,9 @@ class TwoStills:
             draw_line(image, start, end, self._colour(row), dash)
 
     def _colour(self, row: PairRow) -> Colour:
-        return CHOSEN if row.number == self.chosen else OUTLINE
+        if row.number == self.chosen:
+            return CHOSEN
+        return ASKED if row.doubtful else OUTLINE
 
 
 def _halves(size: Size) -> tuple[Size, int]:

@@ -13,9 +13,8 @@ from fieldcam.session.state import Shown
 from fieldcam.store.fruit_rows import AssociationWord, MissingWord
 from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.rows import EntryId
-from fieldcam.tui.sketch import living
+from fieldcam.tui.sketch import letter_in, living
 from fieldcam.values import Fruitlet
-from fieldcam.words import letter_of
 
 Pair = tuple[Shown, Shown]
 """The earlier picture and the later one."""
@@ -28,7 +27,7 @@ class PairRow:
     """One fruitlet in two pictures, or in one of them."""
 
     number: int
-    """The track's, which the report and the tables name too; written on the pictures."""
+    """The track's, which the report and the tables name too."""
     one: Place | None
     """In the earlier picture."""
     other: Place | None
@@ -149,14 +148,15 @@ def pair_lines(
     for row in rows:
         mark = ">" if row.number == chosen else " "
         sizes = "  ".join(
-            _size(place, size).rjust(9)
-            for place, size in zip((row.one, row.other), row.sizes_mm, strict=True)
+            _size(shown, place, size).rjust(9)
+            for shown, place, size in zip(pair, (row.one, row.other), row.sizes_mm, strict=True)
         )
         said = _asked(row) if asked and row.missing else _said(row, days[0])
         yield f"{mark}{row.number:3}  {sizes}   {_rate(row, elapsed):8} {said}".rstrip()
-    for day, fruitlets in zip(days, alone, strict=True):
+    for day, shown, fruitlets in zip(days, pair, alone, strict=True):
         for fruitlet in fruitlets:
-            yield f"   ?  {letter_of(fruitlet.id)} on {day} has no depth: it may be any of these"
+            letter = letter_in(shown, fruitlet.id)
+            yield f"   ?  {letter} on {day} has no depth: it may be any of these"
 
 
 def _row(track: Track, pair: Pair) -> PairRow | None:
@@ -212,11 +212,11 @@ def _elapsed(pair: Pair) -> int:
     return 0 if one is None or other is None else (other - one).days
 
 
-def _size(place: Place | None, diameter_mm: float | None) -> str:
+def _size(shown: Shown, place: Place | None, diameter_mm: float | None) -> str:
     if place is None:
         return "-"
     size = "no size" if diameter_mm is None else f"{diameter_mm:5.2f}"
-    return f"{letter_of(place.fruitlet)} {size}"
+    return f"{letter_in(shown, place.fruitlet)} {size}"
 
 
 def _rate(row: PairRow, elapsed_days: int) -> str:

@@ -14,9 +14,11 @@ from fieldcam.values import ClusterReading, Ellipse, ImageU8, PixelFormat
 
 RESTORE = "Copy it back from a backup of the data folder; its sizes are kept."
 Colour = tuple[int, int, int]
-OUTLINE: Colour = (255, 215, 95)
+OUTLINE: Colour = (255, 255, 255)
+ASKED: Colour = (255, 215, 95)
 STRUCK: Colour = (255, 90, 90)
 CHOSEN: Colour = (90, 200, 255)
+"""As in the themes: white is, yellow asks, red is bad or struck out, blue is in hand."""
 MARGIN = 1.25
 """Of what is shown around the cluster, against its own extent."""
 LEAST_PX = 240.0

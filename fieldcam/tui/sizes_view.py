@@ -10,12 +10,12 @@ from fieldcam.store.history import FruitletSeen, ReadingSummary
 from fieldcam.store.judgement_rows import MarkKind
 from fieldcam.tui.letters import BLOCK
 from fieldcam.tui.words import Words
-from fieldcam.words import letter_of
 
 LONGEST_MM = 25.0
 """Of a full bar."""
-BAR_COLOURS = ("primary", "foreground")
-"""In turn, since full blocks touch."""
+BAR_COLOURS = ("foreground", "secondary")
+"""In turn, since full blocks touch; neither means anything."""
+CHOSEN_COLOUR = "primary"
 THIN = "="
 WORDED = {MarkKind.KING: "king", MarkKind.HIDDEN: "hidden"}
 BAR_LEAST, WORDS = 6, 17
@@ -70,17 +70,19 @@ class SizesView(Words):
             return
         lines = [Text(self._heading, "bold")]
         for row, seen in enumerate(self._target):
-            lines.append(self._line(seen, self.app.theme_variables[BAR_COLOURS[row % 2]]))
+            colour = CHOSEN_COLOUR if seen.id == self.chosen else BAR_COLOURS[row % 2]
+            lines.append(self._line(seen, self.app.theme_variables[colour]))
         lines += [Text(f"   +  {_size(size_mm)}  by hand") for size_mm in self._reading.by_hand_mm]
         self.update(Text("\n").join(lines))
 
     def _line(self, seen: FruitletSeen, colour: str) -> Text:
         mark = ">" if seen.id == self.chosen else " "
+        letter = "" if self._reading is None else self._reading.letter(seen.id)
         if not seen.living:
             gone = "fallen" if MarkKind.FALLEN in seen.marks else "struck out"
-            return Text(f"{mark}{letter_of(seen.id):>3}  {gone}", "strike")
+            return Text(f"{mark}{letter:>3}  {gone}", "strike")
         room = max(len(self._worded(each)) for each in self._target)
-        text = f"{mark}{letter_of(seen.id):>3}  {_size(seen.diameter_mm)}{self._worded(seen)}"
+        text = f"{mark}{letter:>3}  {_size(seen.diameter_mm)}{self._worded(seen)}"
         longest = self.size.width - WORDS - room
         if seen.diameter_mm is None or longest < BAR_LEAST:
             return Text(text)

@@ -13,7 +13,6 @@ from fieldcam.session.state import Shown
 from fieldcam.tui.letters import BLOCK, big
 from fieldcam.tui.picture import CHOSEN, OUTLINE, STRUCK, Colour, Frame, frame_of, still
 from fieldcam.values import Fruitlet, ImageU8
-from fieldcam.words import letter_of
 
 Size = tuple[int, int]
 """Width and height, in small pixels."""
@@ -60,20 +59,18 @@ class Sketch(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Still:
-    """One picture with its target; one fruitlet may stand out, all may have their letters."""
+    """One picture with its target and the letters of the list; one fruitlet may stand out."""
 
     shown: Shown
     chosen: int | None = None
-    lettered: bool = False
 
     @property
     def key(self) -> object:
-        return self.shown.left, self.shown.record.reading, self.chosen, self.lettered
+        return self.shown.left, self.shown.record.reading, self.chosen
 
     def paint(self, size: Size) -> Painted:
         image = still(self.shown, size, self.chosen)
-        found = targets(self.shown) if self.lettered else ()
-        return Painted(image, tuple(self._label(each, size) for each in found))
+        return Painted(image, tuple(self._label(each, size) for each in targets(self.shown)))
 
     def at(self, x: float, y: float, size: Size) -> Place | None:
         return nearest(self.shown, self._frame(size), x, y) if targets(self.shown) else None
@@ -86,7 +83,14 @@ class Still:
         x, y = self._frame(size).place(fruitlet.center_px)
         living = {seen.id: seen.living for seen in self.shown.target}
         ground = OUTLINE if living[fruitlet.id] else STRUCK
-        return Label(x, y, letter_of(fruitlet.id), CHOSEN if fruitlet.id == self.chosen else ground)
+        ground = CHOSEN if fruitlet.id == self.chosen else ground
+        return Label(x, y, letter_in(self.shown, fruitlet.id), ground)
+
+
+def letter_in(shown: Shown, fruitlet: int) -> str:
+    """What a fruitlet of this picture is called; empty before it is read."""
+    reading = shown.record.reading
+    return "" if reading is None else reading.letter(fruitlet)
 
 
 def targets(shown: Shown) -> tuple[Fruitlet, ...]:

@@ -1,5 +1,8 @@
 """Themes of our own, by day and by night: every status colour is at least 7:1.
 
+Green is good, yellow asks, red is bad or struck out, blue is what is in hand: chosen,
+being taken or read, just said. White and grey mean nothing.
+
 The Linux console has 16 colours, so it has a pair of its own: its red falls short,
 and on its grey nothing but black is dark enough.
 """
@@ -12,7 +15,7 @@ DARK = Theme(
     name="fieldcam-dark",
     dark=True,
     primary="#8cc8ff",
-    secondary="#8cc8ff",
+    secondary="#b8b8b8",
     accent="#8cc8ff",
     success="#7cff9b",
     warning="#ffd75f",
@@ -27,7 +30,7 @@ LIGHT = Theme(
     name="fieldcam-light",
     dark=False,
     primary="#003a9e",
-    secondary="#003a9e",
+    secondary="#484848",
     accent="#003a9e",
     success="#005a1e",
     warning="#7a3b00",
@@ -42,7 +45,7 @@ CONSOLE = Theme(
     name="fieldcam-console",
     dark=True,
     primary="#55ffff",
-    secondary="#55ffff",
+    secondary="#aaaaaa",
     accent="#55ffff",
     success="#55ff55",
     warning="#ffff55",
