@@ -111,7 +111,7 @@ def test_the_window_shrinks_while_a_picture_is_taken(tmp_path: Path) -> None:
         terminal.wait_for("one is 40x10.")
         resize(terminal, 120, 40)
         terminal.wait_for("It is being read")
-        terminal.press("q")
+        terminal.press("qy")
         assert terminal.ended() == 0
         assert terminal.left_on() == []
 

@@ -34,11 +34,12 @@ class AimScreen(AtCluster):
 
     CSS_PATH = "aim_screen.tcss"
     TITLE = "Aim"
+    about = "Aim: what the camera sees, and the one thing to do next. READY: take it."
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("g", "automatic", "Automatic"),
-        Binding("k", "skip", "Skip", show=False),
-        Binding("u", "undo", "Undo", show=False),
-        Binding("escape,a", "walk", "Walk"),
+        Binding("g", "automatic", "Automatic", tooltip="Automatic firing on or off"),
+        Binding("k", "skip", "Skip", show=False, tooltip="Skip this cluster today"),
+        Binding("u", "undo", "Undo", show=False, tooltip="Undo the last decision"),
+        Binding("escape,a", "walk", "Walk", tooltip="Back to the walk"),
     ]
 
     def __init__(self, walk: Walk, state: WalkState | None, automatic: Automatic) -> None:

@@ -35,6 +35,7 @@ from fieldcam.tui.ending import EndableApp
 from fieldcam.tui.forms import AskForm, Field
 from fieldcam.tui.growth_screen import GrowthScreen, KnownBlocks
 from fieldcam.tui.help_screen import HelpScreen
+from fieldcam.tui.keys import KeyCommand, key_commands
 from fieldcam.tui.learning import LearnKey
 from fieldcam.tui.log_screen import LogScreen
 from fieldcam.tui.looks import Look
@@ -52,6 +53,7 @@ from fieldcam.tui.walk_screen import WalkScreen
 
 LOG_LINES = 500
 HOW_TO_END = "Q ends the walk, Ctrl+Q from anywhere; started again, it goes on here."
+END = "End the walk? Started again, it goes on here."
 OF_THE_WALK = (
     "route",
     "aim",
@@ -63,7 +65,7 @@ OF_THE_WALK = (
     "log",
     "restart_analysis",
 )
-WITHOUT_ROOM = ("quit", "help", "help_quit")
+WITHOUT_ROOM = ("quit", "end", "help", "help_quit")
 DAY = Field("Day, such as 2026-05-19")
 USUAL_LOOK = Look()
 Subject = tuple[int | None, EntryId | None, Stage | None]
@@ -86,15 +88,24 @@ class FieldcamApp(EndableApp[None]):
     TITLE = "fieldcam"
     CSS_PATH: ClassVar[list[str | PurePath]] = ["page.tcss", "buttons.tcss"]
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("o", "route", "Route"),
-        Binding("v", "cluster", "Cluster"),
-        Binding("b", "block", "Block"),
-        Binding("i", "device", "Device"),
-        Binding("e", "set_up", "Set-up", show=False),
-        Binding("l", "log", "Log", show=False),
-        Binding("d", "switch_theme", "Day/night", show=False),
-        Binding("question_mark", "help", "Help", key_display="?"),
-        Binding("q", "quit", "End", show=False),
+        Binding("o", "route", "Route", tooltip="Route: go to any cluster"),
+        Binding("v", "cluster", "Cluster", tooltip="Cluster: pictures of all days"),
+        Binding("b", "block", "Block", tooltip="Block: sizes, what is missing"),
+        Binding("i", "device", "Device", tooltip="Device: camera, disk, networks"),
+        Binding("e", "set_up", "Set-up", show=False, tooltip="Set-up: block, route, sprays"),
+        Binding("l", "log", "Log", show=False, tooltip="Log: what happened"),
+        Binding(
+            "d", "switch_theme", "Day/night", show=False, tooltip="Theme: day or night colours"
+        ),
+        Binding(
+            "question_mark",
+            "help",
+            "Help",
+            key_display="?",
+            tooltip="Help: the keys of this screen",
+        ),
+        Binding("q", "end", "Quit", show=False, tooltip="Quit; it resumes here"),
+        Binding("ctrl+q", "quit", "Quit", show=False, tooltip="Quit at once", priority=True),
     ]
 
     def __init__(
@@ -106,11 +117,13 @@ class FieldcamApp(EndableApp[None]):
         models: Models | None = None,
         look: Look = USUAL_LOOK,
         setup: SetUp | None = None,
+        remember: Callable[[str], None] = lambda theme: None,
     ) -> None:
         """`lines` are what the log begins with, such as what the start-up check found.
 
         `tricks` are more commands of the palette.
-        With a `setup`, `start` makes the walk of its visit.
+        With a `setup`, `start` makes the walk of its visit. `remember` keeps the theme that
+        was chosen.
         """
         # Without colours the terminal's own are left alone; bold and reverse stay.
         super().__init__(ansi_color=None if look.colour else True)
@@ -118,6 +131,7 @@ class FieldcamApp(EndableApp[None]):
         self._look = look
         self._models = models
         self._setup = setup
+        self._remember = remember
         self._visit: EntryId | None = None
         self.sound: Sound = Silence() if sound is None else sound
         self.walk: Walk | None = None
@@ -226,10 +240,21 @@ class FieldcamApp(EndableApp[None]):
         self._open(lambda walk, state: LogScreen(walk, state, self.log_lines))
 
     def action_help(self) -> None:
-        self.push_screen(HelpScreen())
+        """What the screen that is open is for, and its keys."""
+        screen = self.screen
+        about = screen.about if isinstance(screen, Frame) else ""
+        self.push_screen(HelpScreen(about, key_commands(screen)))
+
+    def action_end(self) -> None:
+        """Asked about, as its key lies beside others; Ctrl+Q is not."""
+        if isinstance(self.screen, Frame) and self.screen.too_small:
+            self.exit()
+        elif isinstance(self.screen, Frame):
+            self.push_screen(AskYes(END), lambda yes: self.exit() if yes else None)
 
     def action_switch_theme(self) -> None:
         self.theme = themes.OTHER.get(self.theme, self._look.theme)
+        self._remember(self.theme)
         if self.state is not None:
             # Only then does Textual know the theme's colours, of which bars are drawn.
             self.call_next(self._show, self.state)
@@ -248,6 +273,9 @@ class FieldcamApp(EndableApp[None]):
             self.push_screen(CommandPalette(placeholder="Search for commands"))
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        for command in key_commands(screen):
+            if command.node is screen and not command.action.startswith("app."):
+                yield SystemCommand(command.name, command.key, partial(self._run, command))
         yield SystemCommand("Route", "Trees and clusters; go to any", self.action_route)
         yield SystemCommand("Aim", "What the camera sees", self.action_aim)
         learn = "A button of yours takes the picture"
@@ -264,11 +292,15 @@ class FieldcamApp(EndableApp[None]):
         yield SystemCommand("Device", device, self.action_device)
         yield SystemCommand("Set-up", "Operator, block, trees, sprays, route", self.action_set_up)
         yield SystemCommand("Log", "What happened on this walk", self.action_log)
-        yield SystemCommand("Help", "All keys", self.action_help)
-        yield SystemCommand("Day or night", "The other colours", self.action_switch_theme)
+        yield SystemCommand("Help", "The keys of this screen", self.action_help)
+        yield SystemCommand("Theme: day or night", "The other colours", self.action_switch_theme)
         again = "Start the analysis again"
         yield SystemCommand(again, "After it was given up", self.action_restart_analysis)
-        yield SystemCommand("End", "End the walk; it resumes here", self.exit)
+        yield SystemCommand("Quit", "End the walk; it resumes here", self.exit)
+
+    def _run(self, command: KeyCommand) -> None:
+        """Once the palette is gone."""
+        self.call_later(self.run_action, command.action, command.node)
 
     def _begin_walk(self) -> None:
         """In place of all screens."""

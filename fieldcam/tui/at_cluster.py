@@ -19,8 +19,8 @@ class AtCluster(Page):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         SHOOT,
-        Binding("left", "step(-1)", "Previous tag", show=False),
-        Binding("right", "step(1)", "Next tag", show=False),
+        Binding("left", "step(-1)", "Previous tag", show=False, tooltip="The tag before"),
+        Binding("right", "step(1)", "Next tag", show=False, tooltip="The next tag"),
     ]
 
     def ask(self, sentence: str, command: Callable[[], None]) -> None:

@@ -45,9 +45,10 @@ class BlockScreen(Page):
 
     CSS_PATH = "block_screen.tcss"
     TITLE = "Block"
+    about = "Block: sizes by day, times, what is missing; Enter goes to a missing one."
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,b", "app.pop_screen", "Back"),
-        Binding("g", "app.growth", "Growth"),
+        Binding("escape,b", "app.pop_screen", "Back", tooltip="Back"),
+        Binding("g", "app.growth", "Growth", tooltip="Growth: how many will stay"),
     ]
 
     def body(self) -> ComposeResult:

@@ -14,9 +14,9 @@ from fieldcam.tui.page import Page
 NO_CLUSTERS = "This block has no clusters yet."
 
 ONWARD = (
-    Binding("n", "other_tag(1)", "Tag", key_display="n/p"),
+    Binding("n", "other_tag(1)", "Tag", key_display="n/p", tooltip="The next tag, the one before"),
     Binding("p", "other_tag(-1)", "Tag before", show=False),
-    Binding("g", "app.growth", "Growth", show=False),
+    Binding("g", "app.growth", "Growth", show=False, tooltip="Growth: how many will stay"),
 )
 """To stand among the keys of each screen."""
 

@@ -67,21 +67,28 @@ class ClusterScreen(ClusterPage):
 
     CSS_PATH = "cluster_screen.tcss"
     TITLE = "Cluster"
+    about = "Cluster: every picture of one cluster with its sizes, and who said what when."
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,v", "app.pop_screen", "Back"),
-        Binding("left", "browse(-1)", "Picture", key_display="←→"),
+        Binding("escape,v", "app.pop_screen", "Back", tooltip="Back"),
+        Binding(
+            "left", "browse(-1)", "Picture", key_display="←→", tooltip="Earlier, later picture"
+        ),
         Binding("right", "browse(1)", "Later picture", show=False),
         *ONWARD,
-        Binding("up", "choose(-1)", "Fruitlet above", show=False),
-        Binding("down", "choose(1)", "Fruitlet below", show=False),
-        Binding("enter", "decide", "Decide", show=False),
-        Binding("k", "king", "King", show=False),
-        Binding("m", "add_by_hand", "Add", show=False),
-        Binding("c", "caliper", "Size"),
-        Binding("t", "app.two_days", "Days"),
-        Binding("u", "undo", "Undo"),
-        Binding("pageup", "scroll_words(-1)", "Earlier words", show=False),
-        Binding("pagedown", "scroll_words(1)", "Later words", show=False),
+        Binding(
+            "up", "choose(-1)", "Fruitlet above", show=False, tooltip="Choose the fruitlet above"
+        ),
+        Binding(
+            "down", "choose(1)", "Fruitlet below", show=False, tooltip="Choose the fruitlet below"
+        ),
+        Binding("enter", "decide", "Decide", show=False, tooltip="Decide on this picture"),
+        Binding("k", "king", "King", show=False, tooltip="King: the chosen one (>)"),
+        Binding("m", "add_by_hand", "Add", show=False, tooltip="Measured by hand: add one"),
+        Binding("c", "caliper", "Size", tooltip="Caliper size of the chosen one"),
+        Binding("t", "app.two_days", "Days", tooltip="Two days: who is who"),
+        Binding("u", "undo", "Undo", tooltip="Undo the last size or name"),
+        Binding("pageup", "scroll_words(-1)", "Earlier words", show=False, tooltip="Earlier words"),
+        Binding("pagedown", "scroll_words(1)", "Later words", show=False, tooltip="Later words"),
     ]
 
     def __init__(self, walk: Walk, state: WalkState | None = None) -> None:

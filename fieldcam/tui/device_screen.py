@@ -53,9 +53,10 @@ class DeviceScreen(Page):
 
     CSS_PATH = "device_screen.tcss"
     TITLE = "Device"
+    about = "Device: whether camera, calibration, networks, disk and analysis are well."
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,i", "app.pop_screen", "Back"),
-        Binding("r", "restart", "Restart analysis"),
+        Binding("escape,i", "app.pop_screen", "Back", tooltip="Back"),
+        Binding("r", "restart", "Restart analysis", tooltip="Restart the analysis"),
     ]
 
     def __init__(

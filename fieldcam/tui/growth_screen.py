@@ -54,11 +54,21 @@ class GrowthScreen(Page):
 
     CSS_PATH = "growth_screen.tcss"
     TITLE = "Growth"
+    about = "Growth: how many fruitlets will stay. Up, down and Enter: a cluster's pictures."
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,g", "app.block", "Back"),
+        Binding("escape,g", "app.block", "Back", tooltip="Back to the block"),
         # Before the list of clusters, which has the focus, takes them for itself.
-        Binding("pageup", "scroll(-1)", "Earlier words", show=False, priority=True),
-        Binding("pagedown", "scroll(1)", "Later words", show=False, priority=True),
+        Binding(
+            "pageup",
+            "scroll(-1)",
+            "Earlier words",
+            show=False,
+            priority=True,
+            tooltip="Earlier words",
+        ),
+        Binding(
+            "pagedown", "scroll(1)", "Later words", show=False, priority=True, tooltip="Later words"
+        ),
     ]
 
     def __init__(self, walk: Walk, state: WalkState | None, known: KnownBlocks) -> None:

@@ -1,6 +1,9 @@
-"""All keys on one page."""
+"""The keys of the screen below, and what it is for."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
@@ -8,28 +11,10 @@ from textual.events import Key
 from textual.widgets import Static
 
 from fieldcam.tui.dialog import Dialog
+from fieldcam.tui.keys import KeyCommand
 
-KEYS = """\
-Space   take the picture         Enter   accept it
-R       take it again            S       add a second view
-F       > is fallen              H       > is hidden by a leaf
-T       say which tag it is      C       another cluster is the target
-X       strike a false fruitlet  N       write a note
-K       skip this cluster        U       undo the last decision
-left, right   another tag        up, down   another fruitlet
-W       on to the next tree      E       set-up: block, route, sprays
-A       aim; Space or a remote's key fires there too, G by itself
-O       route: go to any cluster V       this cluster on all days
-B       block: sizes, missing    I       device (R: again), camera, disk
-L       log                      D       day or night colours
-Ctrl+P  all commands             Q       end the walk; Ctrl+Q anywhere
-On Cluster: left, right pictures; N, P tags; C > by caliper; T two days;
-K > king; M one by hand; PgUp, PgDn words; G growth, on Block too.
-
-Walk on once a picture is saved; it is read meanwhile. CONFIRM asks why
-there are fewer fruitlets than last visit: F or H answers it.
-
-Any key closes this page."""
+KEY_WIDTH, COLUMN = 7, 38
+CLOSE = "Any key closes this page."
 
 
 class HelpScreen(Dialog[None]):
@@ -37,9 +22,14 @@ class HelpScreen(Dialog[None]):
 
     CSS_PATH = "help_screen.tcss"
 
+    def __init__(self, about: str, commands: Sequence[KeyCommand]) -> None:
+        """`about` says what the screen is for."""
+        super().__init__()
+        self._about, self._commands = about, tuple(commands)
+
     def compose(self) -> ComposeResult:
         with Vertical(id="keys"):
-            yield Static(KEYS, markup=False)
+            yield Static("\n".join(help_lines(self._about, self._commands)), markup=False)
 
     def on_key(self, event: Key) -> None:
         event.stop()
@@ -47,3 +37,19 @@ class HelpScreen(Dialog[None]):
 
     def on_click(self) -> None:
         self.dismiss()
+
+
+def help_lines(about: str, commands: Sequence[KeyCommand]) -> Iterator[str]:
+    """What it is for, then the keys in two columns."""
+    lines = [_line(command) for command in commands]
+    half = (len(lines) + 1) // 2
+    yield about
+    yield ""
+    for left, right in zip_longest(lines[:half], lines[half:], fillvalue=""):
+        yield f"{left:{COLUMN}}{right}".rstrip()
+    yield ""
+    yield CLOSE
+
+
+def _line(command: KeyCommand) -> str:
+    return f"{command.key:{KEY_WIDTH}}{command.name}"

@@ -21,8 +21,9 @@ class LogScreen(Page):
 
     CSS_PATH = "log_screen.tcss"
     TITLE = "Log"
+    about = "Log: what happened on this walk, the newest last."
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,l", "app.pop_screen", "Back to the walk")
+        Binding("escape,l", "app.pop_screen", "Back to the walk", tooltip="Back")
     ]
 
     def __init__(self, walk: Walk, state: WalkState | None, lines: Sequence[str]) -> None:

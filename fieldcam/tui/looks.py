@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from importlib import import_module
 from importlib.util import find_spec
 
 from fieldcam.errors import ExtraMissing
 from fieldcam.tui.ascii_only import has_utf8
-from fieldcam.tui.themes import CONSOLE, DARK
+from fieldcam.tui.themes import CONSOLE, DARK, OTHER
 
 VARIABLE = "FIELDCAM_PICTURES"
 LIBRARY = "textual_image"
@@ -74,6 +74,11 @@ def chosen_look(environ: Mapping[str, str], ask: Callable[[], Pictures] = ask_te
     if pictures in PIXELS:
         _load()
     return Look(pictures)
+
+
+def in_theme(look: Look, theme: str | None) -> Look:
+    """In the theme that was chosen last, where this terminal has it."""
+    return replace(look, theme=theme) if theme == OTHER[look.theme] else look
 
 
 def _load() -> None:

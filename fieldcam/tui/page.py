@@ -41,6 +41,8 @@ class Frame(Screen[None]):
     """A full screen: its bar, its body, its footer."""
 
     least: ClassVar[tuple[int, int]] = LEAST
+    about: ClassVar[str] = ""
+    """What the screen is for, on its help page."""
 
     def compose(self) -> ComposeResult:
         yield Static(id="small")

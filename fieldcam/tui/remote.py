@@ -9,7 +9,9 @@ from textual.binding import Binding
 VARIABLE = "FIELDCAM_SHUTTER_KEYS"
 """More of them, by the names that `Learn a remote's key` shows, with commas."""
 COMMON = "space,pageup,pagedown,raise_volume,lower_volume"
-SHOOT = Binding(COMMON, "shoot", "Capture", show=False, priority=True, id="shoot")
+SHOOT = Binding(
+    COMMON, "shoot", "Capture", show=False, priority=True, id="shoot", tooltip="Take the picture"
+)
 
 
 def shutter_keys(*learned: str) -> str:

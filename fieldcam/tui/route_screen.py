@@ -41,9 +41,10 @@ class RouteScreen(Page):
 
     CSS_PATH = "route_screen.tcss"
     TITLE = "Route"
+    about = "Route: all trees and clusters. Arrows choose one, Enter goes there."
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,o", "app.pop_screen", "Back to the walk"),
-        Binding("u", "undo", "Undo"),
+        Binding("escape,o", "app.pop_screen", "Back to the walk", tooltip="Back to the walk"),
+        Binding("u", "undo", "Undo", tooltip="Undo the last decision"),
     ]
 
     def __init__(self, walk: Walk, state: WalkState | None = None) -> None:

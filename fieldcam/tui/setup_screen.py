@@ -25,9 +25,10 @@ class SetUpScreen(Frame):
 
     CSS_PATH = "setup_screen.tcss"
     TITLE = "Set-up"
+    about = "Set-up: arrows choose a line, Enter changes it. Everything may wait."
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,e", "app.walk", "To the walk", key_display="Esc"),
-        Binding("u", "undo", "Undo"),
+        Binding("escape,e", "app.walk", "To the walk", key_display="Esc", tooltip="To the walk"),
+        Binding("u", "undo", "Undo", tooltip="Undo the last change here"),
     ]
 
     class Looked(Message):

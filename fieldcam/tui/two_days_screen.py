@@ -46,21 +46,29 @@ class TwoDaysScreen(ClusterPage):
 
     CSS_PATH = "two_days_screen.tcss"
     TITLE = "Two days"
+    about = (
+        "Two days: a line joins a fruitlet with itself. In a picture that is not decided,\n"
+        "F or H says of each missing one what became of it."
+    )
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "back", "Back"),
-        Binding("t,v", "app.cluster", "Cluster", show=False),
-        Binding("left", "browse(-1)", "Days", key_display="←→"),
+        Binding("escape", "back", "Back", tooltip="Back"),
+        Binding("t,v", "app.cluster", "Cluster", show=False, tooltip="The Cluster screen"),
+        Binding("left", "browse(-1)", "Days", key_display="←→", tooltip="The days before, after"),
         Binding("right", "browse(1)", "Later days", show=False),
         *ONWARD,
-        Binding("s", "other_views", "Views"),
-        Binding("up", "choose(-1)", "Fruitlet above", show=False),
-        Binding("down", "choose(1)", "Fruitlet below", show=False),
-        Binding("1", "match(1)", "Same", key_display="1-9"),
+        Binding("s", "other_views", "Views", tooltip="Other pictures of these days"),
+        Binding(
+            "up", "choose(-1)", "Fruitlet above", show=False, tooltip="Choose the fruitlet above"
+        ),
+        Binding(
+            "down", "choose(1)", "Fruitlet below", show=False, tooltip="Choose the fruitlet below"
+        ),
+        Binding("1", "match(1)", "Same", key_display="1-9", tooltip="The chosen (>) is this one"),
         *(Binding(str(n), f"match({n})", "Same", show=False) for n in range(2, 10)),
-        Binding("0", "match(0)", "Not there"),
-        Binding("f", "tell('fallen')", "Fallen", show=False),
-        Binding("h", "tell('hidden')", "Hidden", show=False),
-        Binding("u", "undo", "Undo"),
+        Binding("0", "match(0)", "Not there", tooltip="The chosen one is not there"),
+        Binding("f", "tell('fallen')", "Fallen", show=False, tooltip="Fallen: the chosen one"),
+        Binding("h", "tell('hidden')", "Hidden", show=False, tooltip="Hidden: the chosen one"),
+        Binding("u", "undo", "Undo", tooltip="Undo the last match or answer"),
         # There is no room for them below.
         Binding("o", "app.route", "Route", show=False),
         Binding("i", "app.device", "Device", show=False),

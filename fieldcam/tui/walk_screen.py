@@ -32,23 +32,31 @@ class WalkScreen(AtCluster):
 
     CSS_PATH = "walk_screen.tcss"
     TITLE = "Walk"
+    about = (
+        "Walk: one cluster. Space takes the picture; once it is saved you may walk on.\n"
+        "Enter accepts it. CONFIRM asks why some are missing: F or H; 2 compares days."
+    )
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("a", "app.aim", "Aim"),
-        Binding("enter", "accept", "Accept", show=False),
-        Binding("r,backspace", "retake", "Retake", show=False),
-        Binding("s", "second_view", "2nd view", show=False),
-        Binding("f", "fallen", "Fallen", show=False),
-        Binding("h", "hidden", "Hidden", show=False),
-        Binding("2", "two_days", "Two days", show=False),
-        Binding("t", "correct_tag", "Tag"),
-        Binding("c", "other_target", "Target", show=False),
-        Binding("x", "strike", "Strike", show=False),
-        Binding("n", "note", "Note"),
-        Binding("k", "skip", "Skip"),
-        Binding("u", "undo", "Undo"),
-        Binding("w", "next_tree", "Next tree", show=False),
-        Binding("up", "choose(-1)", "Fruitlet above", show=False),
-        Binding("down", "choose(1)", "Fruitlet below", show=False),
+        Binding("a", "app.aim", "Aim", tooltip="Aim through the camera"),
+        Binding("enter", "accept", "Accept", show=False, tooltip="Accept the picture"),
+        Binding("r,backspace", "retake", "Retake", show=False, tooltip="Retake: take it again"),
+        Binding("s", "second_view", "2nd view", show=False, tooltip="Second view beside it"),
+        Binding("f", "fallen", "Fallen", show=False, tooltip="Fallen: what is missing"),
+        Binding("h", "hidden", "Hidden", show=False, tooltip="Hidden: what is missing"),
+        Binding("2", "two_days", "Two days", show=False, tooltip="Two days: compare, answer"),
+        Binding("t", "correct_tag", "Tag", tooltip="Tag: say which one it is"),
+        Binding("c", "other_target", "Target", show=False, tooltip="Target: another cluster"),
+        Binding("x", "strike", "Strike", show=False, tooltip="Strike out the chosen one (>)"),
+        Binding("n", "note", "Note", tooltip="Note on the picture"),
+        Binding("k", "skip", "Skip", tooltip="Skip this cluster today"),
+        Binding("u", "undo", "Undo", tooltip="Undo the last decision"),
+        Binding("w", "next_tree", "Next tree", show=False, tooltip="On to the next tree"),
+        Binding(
+            "up", "choose(-1)", "Fruitlet above", show=False, tooltip="Choose the fruitlet above"
+        ),
+        Binding(
+            "down", "choose(1)", "Fruitlet below", show=False, tooltip="Choose the fruitlet below"
+        ),
     ]
 
     def __init__(self, walk: Walk) -> None:

@@ -23,7 +23,8 @@ from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.tui.app import FieldcamApp
 from fieldcam.tui.ending import ended_by_signals
-from fieldcam.tui.looks import chosen_look
+from fieldcam.tui.looks import chosen_look, in_theme
+from fieldcam.tui.remembered import remember_theme, remembered_theme
 from fieldcam.tui.sound import VARIABLE, chosen_sound
 from fieldcam.tui.trick import Trick
 
@@ -75,7 +76,16 @@ def run(
     if not look.colour:
         # Textual's own sign; it is read when the app is made.
         os.environ["NO_COLOR"] = "1"
-    app = FieldcamApp(start, lines=lines, tricks=tricks, models=models, look=look, setup=setup)
+    look = in_theme(look, remembered_theme())
+    app = FieldcamApp(
+        start,
+        lines=lines,
+        tricks=tricks,
+        models=models,
+        look=look,
+        setup=setup,
+        remember=remember_theme,
+    )
     app.sound = chosen_sound(os.environ.get(VARIABLE, ""), app.bell)
     with ended_by_signals(app):
         try:
