@@ -118,6 +118,18 @@ def text_of(app: App[None]) -> str:
     return "\n".join(strip.text.rstrip() for strip in strips) + "\n"
 
 
+def walk_text(size: tuple[int, int], state: WalkState) -> str:
+    """What the Walk screen shows of a state."""
+    seen: list[str] = []
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(state)
+        seen.append(driven.text)
+
+    drive(size, script)
+    return seen[0]
+
+
 def check_golden(name: str, text: str) -> None:
     """Compare with the file of this name; FIELDCAM_WRITE_GOLDEN=1 writes it anew."""
     path = GOLDEN / f"{name}.txt"

@@ -55,6 +55,20 @@ def camera(pictures: ToldPictures) -> Iterator[AimedCamera]:
         pictures.may.set()
 
 
+def test_the_first_picture_is_there_before_its_shutter(pictures: ToldPictures) -> None:
+    pictures.may.clear()
+    camera = AimedCamera(pictures)
+    Timer(0.2, pictures.may.set).start()
+    camera.make_first(9, PATIENCE_S)
+    assert pictures.asked[0] == Wanted(9, 0) and pictures.may.is_set()
+    pictures.may.clear()
+    with camera:
+        started = monotonic()
+        assert camera.capture(PATIENCE_S) is not None
+        assert monotonic() - started < 0.5
+        pictures.may.set()
+
+
 def test_what_is_aimed_at_and_its_neighbour_are_made_ahead(
     pictures: ToldPictures, camera: AimedCamera
 ) -> None:

@@ -161,7 +161,11 @@ OF_A_RECORDING = tuple(f"9999_2023-05-19-22-10-00/COLOR/{side}.png" for side in 
 @pytest.mark.parametrize(
     ("files", "obstacle"),
     [
-        (eyes("2026-05-21/586_1"), "There is no calibration for 2026-05-21."),
+        (
+            eyes("2026-05-21/586_1"),
+            "There is no calibration for 2026-05-21: "
+            "put calibration.yml into the folder that is imported.",
+        ),
         ((*eyes("2026-05-21/586_1"), "calibration.yml"), ""),
         ((*eyes("2026-05-21/587_1"), "calibration.yml"), "There is no tag 587: they end at 586."),
         ((*OF_A_RECORDING, "2023_05_19.yml"), "There is no tag 9999: they end at 586."),

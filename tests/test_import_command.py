@@ -23,6 +23,7 @@ from fieldcam.values import Status
 
 Capture = pytest.CaptureFixture[str]
 THREE = ("2026-05-21/17_1", "2026-05-21/18_1", "2026-05-25/17_1")
+PUT_IT = ": put calibration.yml into the folder that is imported."
 
 
 @pytest.fixture(autouse=True)
@@ -120,8 +121,8 @@ def test_every_pair_without_a_calibration_is_listed(
     code, out, _ = run(capsys, folder, "--block", "North")
     assert code == ExitCode.OK and "1 added, 0 there before, 2 skipped." in out
     assert listed(out, "Problems") == [
-        "2026-05-21/17_1_left.png: There is no calibration for 2026-05-21.",
-        "2026-05-21/18_1_left.png: There is no calibration for 2026-05-21.",
+        "2026-05-21/17_1_left.png: There is no calibration for 2026-05-21" + PUT_IT,
+        "2026-05-21/18_1_left.png: There is no calibration for 2026-05-21" + PUT_IT,
     ]
 
 
@@ -135,9 +136,9 @@ def test_every_recording_that_cannot_be_used_is_listed(
     code, out, _ = run(capsys, folder, "--block", "North")
     assert code == ExitCode.BAD_INPUT and "6 skipped" in out
     assert listed(out, "Problems")[:3] == [
-        "17_2023-05-20-22-10-00/COLOR/LEFT.png: There is no calibration for 2023-05-20.",
-        "18_2023-05-20-22-10-00/COLOR/LEFT.png: There is no calibration for 2023-05-20.",
-        "2026-05-21/17_1_left.png: There is no calibration for 2026-05-21.",
+        "17_2023-05-20-22-10-00/COLOR/LEFT.png: There is no calibration for 2023-05-20" + PUT_IT,
+        "18_2023-05-20-22-10-00/COLOR/LEFT.png: There is no calibration for 2023-05-20" + PUT_IT,
+        "2026-05-21/17_1_left.png: There is no calibration for 2026-05-21" + PUT_IT,
     ]
     assert "There is no tag 9999: they end at 586." in listed(out, "Problems")[-1]
 

@@ -12,13 +12,17 @@ from screens import LARGE, SMALL, Driven, drive
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.growth.places import Place, Track
-from fieldcam.session.events import Refused
+from fieldcam.session.events import Refused, VerdictReady
 from fieldcam.session.growing import FollowedCluster
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
+from fieldcam.store.captures import SavedCapture
 from fieldcam.store.fruit_rows import MissingWord
 from fieldcam.store.judgement_rows import Answer, FruitletMark, MarkKind
 from fieldcam.store.rows import EntryId
+from fieldcam.tui.news import news
+from fieldcam.tui.sound import Tune
+from fieldcam.values import Status, Verdict
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 
@@ -138,6 +142,14 @@ def test_what_has_no_depth_is_drawn_and_told(asked: Asked, monkeypatch: pytest.M
         assert "C?" in driven.text.split("mm a day")[0]
 
     drive(LARGE, script)
+
+
+@pytest.mark.parametrize(("more", "said"), [(0, "ACCEPT"), (2, "CONFIRM")])
+def test_the_news_ask_too(more: int, said: str) -> None:
+    saved = SavedCapture("picture", Path("l"), Path("r"), Path("d"))
+    told = news(VerdictReady(saved, 11, Verdict(Status.ACCEPT, ()), 400.0, more))
+    assert told is not None and told.sentence == f"Tag 11: {said} (0.4 s)."
+    assert told.tune is (Tune.BAD if more else Tune.GOOD)
 
 
 def test_more_than_last_visit_is_a_question(asked: Asked) -> None:

@@ -18,6 +18,7 @@ from fieldcam.camera.simulated import SimulatedRow
 from fieldcam.cli import demo, main
 from fieldcam.errors import ExitCode
 from fieldcam.session.events import Changed, Listener, LiveEvent
+from fieldcam.session.state import CameraState
 from fieldcam.store.folder import DataKind
 from fieldcam.store.judgement_rows import Skip
 from fieldcam.store.store import Store, open_store
@@ -67,6 +68,13 @@ class NoRenderer:
         """It holds nothing."""
 
 
+class Unseeing:
+    """A camera that makes no picture."""
+
+    def make_first(self, tag_id: int, deadline_s: float) -> None:
+        assert tag_id in ROW.tag_ids
+
+
 @pytest.mark.parametrize("walked", [0, 1, 2])
 def test_the_demo_says_what_comes_after_the_day(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, walked: int
@@ -87,7 +95,7 @@ def test_the_demo_says_what_comes_after_the_day(
 
     def camera(pictures: object, taken: dict[int, int]) -> AimedCamera:
         cameras.append(taken)
-        return cast(AimedCamera, None)
+        return cast(AimedCamera, Unseeing())
 
     def run(start: Callable[[Listener], None], found: Sequence[str], *_: object) -> None:
         lines.extend(found)
@@ -121,3 +129,8 @@ def test_at_a_terminal_the_demo_is_the_app(tmp_path: Path, monkeypatch: pytest.M
     command = ["--data", str(tmp_path), "demo", "--clusters", "3", "--days", "0,3"]
     assert main(command) == ExitCode.OK
     assert asked == [(tmp_path, 1, 3, (0, 3))]
+
+
+def test_who_waits_for_a_rendered_picture_is_told_why() -> None:
+    taking = replace(AIM, camera=CameraState.EXPOSING, patience=simulated.PATIENCE)
+    assert "The demo is rendering it" in banner(taking).sentence

@@ -123,6 +123,13 @@ class AimedCamera:
                 self._aim = tag_id
             self._make_ahead(self._aim, self._following)
 
+    def make_first(self, tag_id: int, deadline_s: float) -> None:
+        """Wait until the picture that is due first is made, so that its shutter need not."""
+        self.aim(tag_id)
+        with self.open()._lock:
+            making = self._ahead[self._wanted(self._aim)]
+        wait((making,), deadline_s)
+
     def misbehave(self, mishap: Mishap | None) -> None:
         """Do this wrong from now on; None: behave again."""
         with self._lock:

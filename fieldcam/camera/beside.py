@@ -17,7 +17,8 @@ from fieldcam.safe_path import keep_children_safe
 from fieldcam.values import RawPair
 
 NICENESS = 15
-"""The screen and the analysis go before pictures that are made ahead."""
+"""The screen and the analysis go before pictures that are made ahead; for the first one
+somebody waits."""
 _Answer = TypeVar("_Answer")
 
 Make = Callable[[Any], RawPair]
@@ -72,7 +73,6 @@ def _serve(connection: Connection, parent_pid: int, prepare: Prepare, *arguments
     """The process; ends with the app, however that ends."""
     die_with(parent_pid)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.nice(NICENESS)
     nothing = os.open(os.devnull, os.O_RDWR)
     for stream in (1, 2):
         os.dup2(nothing, stream)  # the terminal is the app's
@@ -83,6 +83,8 @@ def _serve(connection: Connection, parent_pid: int, prepare: Prepare, *arguments
         return
     connection.send(about)
     with suppress(EOFError):
+        connection.send(_answer(make, connection.recv()))
+        os.nice(NICENESS)
         while True:
             connection.send(_answer(make, connection.recv()))
 

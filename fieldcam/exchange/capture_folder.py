@@ -59,7 +59,10 @@ class CaptureFile:
         """Why it cannot be used, whatever its images show; empty where it can."""
         if self.tag_id > HIGHEST_TAG_ID:
             return f"There is no tag {self.tag_id}: they end at {HIGHEST_TAG_ID}."
-        return "" if self.calibration else f"There is no calibration for {self.day}."
+        if self.calibration:
+            return ""
+        missing = f"There is no calibration for {self.day}"
+        return f"{missing}: put {CALIBRATION_NAMES[0]} into the folder that is imported."
 
 
 @dataclass(frozen=True, slots=True, order=True)

@@ -57,6 +57,8 @@ class VerdictReady:
     verdict: Verdict
     duration_ms: float
     """From saved to reading."""
+    more: int = 0
+    """Fruitlets that the last visit did not know, which is a question."""
 
 
 @dataclass(frozen=True, slots=True)

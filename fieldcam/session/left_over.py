@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from fieldcam.store.walks import ClusterState, WalkRoute
 
 LISTED = 6
@@ -19,10 +21,11 @@ def left_over(route: WalkRoute) -> str:
         word: [stop.tag_id for stop in route.stops if stop.state is state]
         for state, word in WORDS.items()
     }
-    return " ".join(f"{word}: {_named(tags)}." for word, tags in found.items() if tags)
+    return " ".join(f"{word}: {named_tags(tags)}." for word, tags in found.items() if tags)
 
 
-def _named(tags: list[int]) -> str:
+def named_tags(tags: Sequence[int]) -> str:
+    """Such as "tags 9, 10"; the first ones of many."""
     named = ", ".join(str(tag_id) for tag_id in tags[:LISTED])
     more = f" and {len(tags) - LISTED} more" if len(tags) > LISTED else ""
     return f"{'tag' if len(tags) == 1 else 'tags'} {named}{more}"

@@ -117,4 +117,6 @@ class Readings:
         new = learned(self.view, saved.key, reading)
         self.view.store.append(reading_row(saved.key, reading, duration_ms), *new)
         tag_id = new[0].tag_id if new else expectation.tag_id
-        self.tell(VerdictReady(saved, tag_id, reading.verdict, duration_ms))
+        before, now = expectation.fruitlets, len(reading.target)
+        more = 0 if before is None else max(0, now - before)
+        self.tell(VerdictReady(saved, tag_id, reading.verdict, duration_ms, more))

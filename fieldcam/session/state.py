@@ -8,6 +8,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from fieldcam.analysis.status import Status as AnalysisStatus
+from fieldcam.session.summary import WalkSummary
 from fieldcam.store.history import CaptureRecord, ClusterMark, FruitletSeen
 from fieldcam.store.rows import EntryId
 from fieldcam.store.walks import Progress, WalkRoute
@@ -119,6 +120,10 @@ class WalkState:
     """Why the camera is lost, and what to do, in the camera's own words."""
     afterwards: str = ""
     """What can be done when all clusters are done, besides to end the walk."""
+    summary: WalkSummary | None = None
+    """Where no cluster is due any more."""
+    patience: str = ""
+    """Why this camera takes its time, where it does; for who waits for a picture."""
     camera_notes: tuple[str, ...] = ()
     """What was not as it should be when the camera was opened, and stops no picture."""
     uncalibrated: str = ""

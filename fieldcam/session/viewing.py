@@ -9,6 +9,7 @@ from datetime import date
 from sqlite_utils import Database
 
 from fieldcam.session.state import Shown, WalkState
+from fieldcam.session.summary import walk_summary
 from fieldcam.store.blocks import trees
 from fieldcam.store.connection import rows
 from fieldcam.store.durations import visit_times
@@ -73,6 +74,7 @@ class VisitView:
         database, route, (tag_id, tree) = self.store.database, self.route(), self.place()
         visit = row_of(database, "visit", self.visit)
         shown = self.shown(tag_id, route)
+        ended = tag_id is None and shown is None and bool(route.stops)
         return WalkState(
             block=row_of(database, "block", visit["block"])["name"],
             day=date.fromisoformat(visit["day"]),
@@ -86,6 +88,7 @@ class VisitView:
             folder=self.store.folder.path,
             tree=trees(database, visit["block"]).get(tree or "", ""),
             learning=tag_id is None and is_learning(route, tree),
+            summary=walk_summary(database, route) if ended else None,
             marks=self.marks(tag_id),
             warnings=tuple(_warnings(shown, route)),
             seconds_per_cluster=visit_times(database, self.visit).median_s,

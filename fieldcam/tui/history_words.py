@@ -40,16 +40,15 @@ MARKED = {
 
 def picture_line(record: CaptureRecord, place: int, count: int) -> str:
     """Which picture is shown; `place` counts from 1."""
-    parts = [f"Picture {place}/{count}", f"{record.taken_at:%d %b %H:%M}"]
+    verdict = "no sizes" if record.reading is None else record.reading.status.upper()
+    # What decides comes first: a small terminal cuts the end.
+    parts = [f"Picture {place}/{count}", verdict, DECIDED[record.action]]
+    parts.append(f"{record.taken_at:%d %b %H:%M}")
     if record.retake_of is not None:
         parts.append("retake")
     if record.view > 1:
         parts.append(f"view {record.view}")
-    if record.reading is None:
-        parts.append("no sizes")
-    else:
-        parts.append(record.reading.status.upper())
-    return "   ".join([*parts, DECIDED[record.action]])
+    return "   ".join(parts)
 
 
 def picture_heading(record: CaptureRecord) -> str:

@@ -30,13 +30,15 @@ def news(event: events.LiveEvent, state: WalkState | None = None) -> News | None
             return News(sentence, bad=True)
         case events.Saved(_, tag_id, duration_ms):
             return News(f"{_name(tag_id)} saved ({duration_ms:.0f} ms).")
-        case events.VerdictReady(capture, tag_id, verdict, duration_ms):
-            tune = Tune.GOOD if verdict.status is Status.ACCEPT else Tune.BAD
+        case events.VerdictReady(capture, tag_id, verdict, duration_ms, more):
+            asks = more > 0 and verdict.status is Status.ACCEPT
+            status = Status.CONFIRM if asks else verdict.status
+            tune = Tune.GOOD if status is Status.ACCEPT else Tune.BAD
             took = f"{duration_ms / 1000:.1f} s"
             shown = None if state is None else state.shown
             newer = shown is not None and shown.record.tag_id == tag_id and shown.id != capture.key
             name = f"An earlier picture of tag {tag_id}" if newer else _name(tag_id)
-            return News(f"{name}: {verdict.status.upper()} ({took}).", tune=tune)
+            return News(f"{name}: {status.upper()} ({took}).", tune=tune)
         case events.AnalysisTrouble(_, tag_id, error):
             return News(f"{_name(tag_id)}: {error}", bad=True, tune=Tune.BAD)
         case events.CameraReady(missed, notes):

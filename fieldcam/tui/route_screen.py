@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import groupby
+from collections.abc import Mapping, Sequence
+from itertools import groupby, zip_longest
 from typing import ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.coordinate import Coordinate
+from textual.events import Resize
 from textual.widgets import DataTable, Static
 
 from fieldcam.session.commands import Walk
@@ -18,6 +20,8 @@ from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 from fieldcam.tui.telling import progress
 
+Trees = Sequence[Sequence[Stop]]
+Words = Mapping[ClusterState, str]
 COLOURS = {
     ClusterState.TODO: "foreground",
     ClusterState.WAITING: "primary",
@@ -34,6 +38,19 @@ WORDS = {
     ClusterState.ACCEPTED: "done",
     ClusterState.SKIPPED: "skipped",
 }
+SIGNS = {
+    ClusterState.TODO: "-",
+    ClusterState.WAITING: "..",
+    ClusterState.UNDECIDED: "?",
+    ClusterState.RETAKE: "R!",
+    ClusterState.ACCEPTED: "ok",
+    ClusterState.SKIPPED: "s",
+}
+"""Where the words of all clusters of a tree do not fit."""
+HINT = "Arrows choose a cluster, Enter goes there."
+LEGEND = "ok done  ? decide  R! RETAKE  - to do  .. reading  s skipped   Enter goes there."
+PADDING = 2
+"""Of each cell, both sides together."""
 
 
 class RouteScreen(Page):
@@ -53,7 +70,7 @@ class RouteScreen(Page):
 
     def body(self) -> ComposeResult:
         yield DataTable[Text](id="trees", cursor_type="cell")
-        yield Static("Arrows choose a cluster, Enter goes there.", id="hint")
+        yield Static(HINT, id="hint")
         yield Static(id="progress", markup=False)
 
     def show(self, state: WalkState) -> None:
@@ -68,6 +85,12 @@ class RouteScreen(Page):
             row=(here if first else cursor).row, column=(here if first else cursor).column
         )
         self.query_one("#progress", Static).update(progress(state))
+
+    def on_resize(self, event: Resize) -> None:
+        """Words or signs, as fits."""
+        super().on_resize(event)
+        if self.state is not None:
+            self.show(self.state)
 
     def hear(self, told: News) -> None:
         """In place of the hint."""
@@ -88,15 +111,40 @@ class RouteScreen(Page):
         trees = [list(stops) for _, stops in groupby(state.route.stops, key=lambda s: s.tree)]
         table.clear(columns=True)
         self._tags.clear()
-        most = max(map(len, trees), default=0)
-        table.add_columns("tree", *(f"cluster {n + 1}" for n in range(most)))
+        words, headings = WORDS, "cluster {}"
+        if self._width(trees, words, headings) > self.app.size.width:
+            words, headings = SIGNS, "{}"
+            self.query_one("#hint", Static).update(LEGEND)
+        table.add_column("tree", width=_tree_width(trees))
+        for n, width in enumerate(self._widths(trees, words, headings), start=1):
+            table.add_column(headings.format(n), width=width)
         for row, stops in enumerate(trees):
             self._tags |= {Coordinate(row, n + 1): stop.tag_id for n, stop in enumerate(stops)}
-            cells = [self._cell(stop, stop.tag_id == state.tag_id) for stop in stops]
+            cells = [self._cell(stop, words, stop.tag_id == state.tag_id) for stop in stops]
             empty = [Text()] * (len(table.columns) - 1 - len(cells))
             table.add_row(Text(stops[0].tree_label or "?"), *cells, *empty)
 
-    def _cell(self, stop: Stop, here: bool) -> Text:
+    def _width(self, trees: Trees, words: Words, headings: str) -> int:
+        """Of the whole table."""
+        widths = _tree_width(trees), *self._widths(trees, words, headings)
+        return sum(width + PADDING for width in widths)
+
+    def _widths(self, trees: Trees, words: Words, headings: str) -> list[int]:
+        """Of each column of clusters."""
+        columns = zip_longest(*trees)
+        return [
+            max(len(headings.format(n)), *(len(_text(s, words)) for s in column if s is not None))
+            for n, column in enumerate(columns, start=1)
+        ]
+
+    def _cell(self, stop: Stop, words: Words, here: bool) -> Text:
         colour = self.app.theme_variables[COLOURS[stop.state]]
-        place = "*" if here else " "
-        return Text(f"{place}{stop.tag_id} {WORDS[stop.state]}", colour)
+        return Text(_text(stop, words, "*" if here else " "), colour)
+
+
+def _text(stop: Stop, words: Words, place: str = " ") -> str:
+    return f"{place}{stop.tag_id} {words[stop.state]}"
+
+
+def _tree_width(trees: Trees) -> int:
+    return max(len(label) for label in ("tree", *(stops[0].tree_label for stops in trees)))

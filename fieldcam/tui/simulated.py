@@ -15,17 +15,20 @@ from fieldcam.models import find_models
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.setting_up import SetUp
+from fieldcam.session.viewing import VisitView
 from fieldcam.store.folder import DataKind, data_path
 from fieldcam.store.orchard_rows import Block, Cluster, Route
 from fieldcam.store.rows import EntryId
 from fieldcam.store.startup import startup_check
 from fieldcam.store.store import Store, open_store
 from fieldcam.store.walks import walk_route
-from fieldcam.tui.hand_aimed import start_walk, tricks
-from fieldcam.tui.wiring import run
+from fieldcam.tui.hand_aimed import DEADLINE_S, start_walk, tricks
+from fieldcam.tui.wiring import run, say
 from fieldcam.words import number_of
 
 CLUSTERS_PER_TREE = 2
+RENDERING = "The demo renders its first picture, which takes some seconds …"
+PATIENCE = "The demo is rendering it; a real camera needs no such time."
 NEXT_DAY = "Started again, the demo goes on with its next day."
 
 
@@ -48,13 +51,17 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
         stops = walk_route(store.database, visit).stops
         taken = {stop.tag_id: len(stop.captures) for stop in stops}
         camera = AimedCamera(OrchardDay(orchard, day), taken)
+        if (first := VisitView(store, visit).standing()) is not None:
+            say(RENDERING)
+            camera.make_first(first, DEADLINE_S)
 
         def start(listener: Listener) -> LiveWalk:
             analysis = Setup(orchard.row.calibration, data=data_path(data))
 
             def tell(event: LiveEvent) -> None:
                 if isinstance(event, Changed):
-                    event = replace(event, state=replace(event.state, afterwards=afterwards))
+                    state = replace(event.state, afterwards=afterwards, patience=PATIENCE)
+                    event = replace(event, state=state)
                 listener(event)
 
             return start_walk(store, set_up.visit or visit, camera, analysis, tell)

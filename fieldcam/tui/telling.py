@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from fieldcam.analysis.status import State
-from fieldcam.session.left_over import left_over
+from fieldcam.session.left_over import left_over, named_tags
 from fieldcam.session.state import CameraState, Shown, Stage, WalkState
+from fieldcam.session.summary import WalkSummary
 from fieldcam.store.judgement_rows import Action
 from fieldcam.values import ReasonCode, Status
 from fieldcam.words import number_of
@@ -68,7 +69,8 @@ def banner(state: WalkState) -> Banner:
     if state.camera is CameraState.EXPOSING:
         what = "a new tag" if state.tag_id is None else f"tag {state.tag_id}"
         more = f" {number_of(state.queued, 'picture')} waiting." if state.queued else ""
-        return Banner("TAKING", "dots", Tone.BUSY, f"Taking {what}: hold still.{more}")
+        sentence = f"Taking {what}: hold still.{more} {state.patience}".rstrip()
+        return Banner("TAKING", "dots", Tone.BUSY, sentence)
     if state.tag_id is None and state.shown is None and not state.learning:
         return all_done(state)
     if state.shown is None:
@@ -85,11 +87,29 @@ def banner(state: WalkState) -> Banner:
 
 def all_done(state: WalkState) -> Banner:
     """Where no cluster is due: whether something was left out."""
+    summary = "" if state.summary is None else summed_up(state.summary)
     if rest := left_over(state.route):
-        sentence = f"{rest} O goes there. Q ends the walk. {state.afterwards}".rstrip()
-        return Banner("DONE", "query", Tone.ASK, sentence)
-    sentence = f"No cluster of this route needs a picture. Q ends the walk. {state.afterwards}"
-    return Banner("ALL DONE", "tick", Tone.GOOD, sentence.rstrip())
+        parts = f"{rest} O goes there.", summary, "Q ends the walk.", state.afterwards
+        return Banner("DONE", "query", Tone.ASK, " ".join(filter(None, parts)))
+    needs = "No cluster of this route needs a picture."
+    following = "" if state.summary is None else what_next(state.summary)
+    told = needs, summary, following, "Q ends the walk.", state.afterwards
+    return Banner("ALL DONE", "tick", Tone.GOOD, " ".join(filter(None, told)))
+
+
+def summed_up(summary: WalkSummary) -> str:
+    """Such as "Taken 8, retaken 1, skipped 0; missing: 2 fallen, 1 hidden; doubtful: tag 9."."""
+    doubtful = f"doubtful: {named_tags(summary.doubtful)}" if summary.doubtful else "doubtful: none"
+    missing = f"missing: {summary.fallen} fallen, {summary.hidden} hidden"
+    counts = f"Taken {summary.taken}, retaken {summary.retaken}, skipped {summary.skipped}"
+    return f"{counts}; {missing}; {doubtful}."
+
+
+def what_next(summary: WalkSummary) -> str:
+    """A forecast needs two visits."""
+    if summary.visited_before:
+        return "B, then G: how many will stay."
+    return "Walk it again in some days, best three or more: then B and G say how many will stay."
 
 
 def not_saved(sentence: str) -> Banner:
@@ -155,6 +175,7 @@ def _before_the_picture(state: WalkState) -> Banner:
     if state.learning:
         tree = f" of tree {state.tree}" if state.tree else ""
         known = "No cluster that is known is left. " if state.route.stops else ""
+        known += f"{summed_up(state.summary)} " if state.summary is not None else ""
         sentence = f"{known}Aim at a tag{tree}, press Space: it joins the route. W: next tree."
         return Banner("AIM", "none", Tone.PLAIN, sentence)
     before = ""

@@ -93,12 +93,12 @@ def run(
         finally:
             if app.walk is not None:
                 if app.state is not None and app.state.camera is CameraState.EXPOSING:
-                    _say("Finishing the picture that is being taken …")
+                    say("Finishing the picture that is being taken …")
                 app.walk.close()
     app.raise_defect()
 
 
-def _say(sentence: str) -> None:
+def say(sentence: str) -> None:
     """On the terminal that the screens gave back."""
     with suppress(OSError):  # it may be closed
         sys.stderr.write(f"{sentence}\n")
