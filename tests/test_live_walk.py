@@ -109,15 +109,13 @@ def test_a_picture_is_saved_then_read_then_accepted(walk: Walked) -> None:
     assert (state.tag_id, state.shown) == (12, None)
 
 
-def test_ten_quick_captures_do_not_wait_for_the_analysis(
+def test_ten_captures_do_not_wait_for_the_analysis(
     walk: Walked, note: Callable[[str], None]
 ) -> None:
     walk.start()
     began = monotonic()
     for _ in range(10):
-        walk.live.shoot()
-    for _ in range(10):
-        walk.heard.next(Saved)
+        walk.after(walk.live.shoot, Saved)
     note(f"ten captures were saved in {monotonic() - began:.2f} s, none analysed")
     assert len(visit_captures(walk.store.database, walk.visit)) == 10
 
@@ -128,20 +126,6 @@ def test_a_newer_picture_takes_the_place_of_the_last_one(walk: Walked) -> None:
     second = walk.shoot(read(11)).shown
     assert first is not None and second is not None
     assert (second.record.retake_of, second.record.view) == (first.id, 1)
-
-
-def test_quick_pictures_of_one_cluster_take_each_others_place(walk: Walked) -> None:
-    walk.start()
-    with walk.camera.held():
-        for _ in range(3):
-            walk.live.shoot()
-        state = walk.heard.until(lambda state: state.queued == 2)
-        assert state.camera is CameraState.EXPOSING
-    for _ in range(3):
-        walk.heard.next(Saved)
-    first, second, third = visit_captures(walk.store.database, walk.visit)
-    assert [each.retake_of for each in (first, second, third)] == [None, first.id, second.id]
-    assert {each.view for each in (first, second, third)} == {1}
 
 
 def test_an_unplugged_camera_is_said_and_opened_again(walk: Walked) -> None:

@@ -169,8 +169,10 @@ def test_a_spray_that_was_none_is_struck_out(north: SetUp) -> None:
     async def script(driven: Driven) -> None:
         await driven.press("e")
         await choose(driven, Subject.SPRAYS)
-        assert "2026-05-21  Mistake   (Enter strikes it out)" in driven.text
-        await driven.press("home", "enter")
+        assert "2026-05-21  Mistake   (Enter, then Y, strikes it out)" in driven.text
+        await driven.press("home", "enter", "enter")
+        assert "Strike out 2026-05-21  Mistake?" in driven.text
+        await driven.press("y")
         assert "The spray was struck out." in driven.text
 
     drive(SMALL, script, setup=north)
@@ -345,7 +347,7 @@ def test_an_operator_is_asked_for_once_and_never_needed(setup: SetUp, store: Sto
 @pytest.mark.parametrize(
     ("keys", "day"),
     [
-        (("enter",), date(2025, 5, 21)),
+        (("y",), date(2025, 5, 21)),
         (("n", "2026-05-24"), date(2026, 5, 24)),
         (("n", "escape"), date(2025, 5, 21)),
     ],

@@ -51,29 +51,31 @@ class WalkBook:
 
     def shot(self, insist: bool = False) -> Shot:
         """The picture that is due here."""
-        tag_id, route = self.view.standing(), self.view.route()
+        (tag_id, tree), route = self.view.place(), self.view.route()
         shown = self.view.shown(tag_id, route)
         if tag_id is None:
-            return self._shot_of_any_tag(shown, insist)
+            return self._shot_of_any_tag(shown, tree, insist)
         stop = route.stop(tag_id)
         if stop is not None and stop.state is ClusterState.ACCEPTED and not insist:
             raise Doubtful(f"Tag {tag_id} is done already. Take it again?")
         expected = self.view.expectation(tag_id)
         if shown is None:
-            return Shot(expected)
-        return Shot(expected, shown.record.view, retake_of=shown.id)
+            return Shot(expected, tree=tree)
+        return Shot(expected, shown.record.view, retake_of=shown.id, tree=tree)
 
-    def _shot_of_any_tag(self, shown: Shown | None, insist: bool) -> Shot:
+    def _shot_of_any_tag(self, shown: Shown | None, tree: EntryId | None, insist: bool) -> Shot:
         """Which cluster it is will be read; it takes the place of a picture that shows no tag."""
         if not insist and not self._learning:
             raise Doubtful(f"{self._nothing_due()} Take one that the route does not have?")
         again = shown is not None and shown.stage is not Stage.ANALYSING
-        return Shot(Expectation(), retake_of=shown.id if shown is not None and again else None)
+        replaced = shown.id if shown is not None and again else None
+        return Shot(Expectation(), retake_of=replaced, tree=tree)
 
     def second_view(self) -> Shot:
         """A picture of the same cluster from another side, beside the last one."""
         shown, tag_id = self._shown(), self._standing()
-        return Shot(self.view.expectation(tag_id), shown.record.view + 1)
+        expected, (_, tree) = self.view.expectation(tag_id), self.view.place()
+        return Shot(expected, shown.record.view + 1, tree=tree)
 
     def accept(self, insist: bool = False) -> str:
         """The picture counts; on to the next cluster."""

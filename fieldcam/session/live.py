@@ -9,7 +9,6 @@ listener, in the threads of the walk, which must only pass it on.
 from __future__ import annotations
 
 import threading
-from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -62,7 +61,8 @@ class LiveWalk:
         self._book, self._fruit = WalkBook(self._view), FruitBook(self._view)
         self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._camera = CameraState.OPENING
-        self._in_flight: deque[Shot] = deque()
+        self._in_flight: Shot | None = None
+        """The picture that was asked for, until it is saved or missed."""
         self._camera_trouble = ""
         self._camera_notes: tuple[str, ...] = ()
         self._analysis = start_analysis(lambda status: self._inbox.put(_nothing))
@@ -103,19 +103,19 @@ class LiveWalk:
 
     def second_view(self) -> None:
         """Take another view of the same cluster, beside the last one."""
-        self._order(lambda: self._sent(self._book.second_view()))
+        self._order(self._second_view)
 
     def accept(self) -> None:
-        self._write(self._book.accept)
+        self._decide(self._book.accept)
 
     def retake(self) -> None:
-        self._write(self._book.retake)
+        self._decide(self._book.retake)
 
     def fallen(self) -> None:
-        self._write(partial(self._book.answer, Answer.FALLEN))
+        self._decide(partial(self._book.answer, Answer.FALLEN))
 
     def hidden(self) -> None:
-        self._write(partial(self._book.answer, Answer.HIDDEN))
+        self._decide(partial(self._book.answer, Answer.HIDDEN))
 
     def accept_picture(self, capture: EntryId) -> None:
         """Of any visit, before whose cluster nobody may stand now."""
@@ -127,13 +127,13 @@ class LiveWalk:
 
     def correct_tag(self, tag_id: int) -> None:
         """The picture shows this tag; it is read again with what is expected there."""
-        self._order(partial(self._correct, tag_id))
+        self._order(partial(self._decided, partial(self._correct, tag_id)))
 
     def other_target(self) -> None:
-        self._write(self._book.other_target)
+        self._decide(self._book.other_target)
 
     def strike(self, fruitlet: int) -> None:
-        self._write(partial(self._book.strike, fruitlet))
+        self._decide(partial(self._book.strike, fruitlet))
 
     def king(self, capture: EntryId, fruitlet: int) -> None:
         self._write(partial(self._book.king, capture, fruitlet))
@@ -194,7 +194,33 @@ class LiveWalk:
 
     def _write(self, command: Callable[..., str]) -> None:
         """The decision and what follows from it are durable together."""
-        self._order(partial(self._store.together, command))
+        self._order(partial(self._store.together, self._moving, command))
+
+    def _decide(self, command: Callable[..., str]) -> None:
+        """About the picture that is shown."""
+        self._write(partial(self._decided, command))
+
+    def _decided(self, command: Callable[..., str], **insist: bool) -> str:
+        shot = self._in_flight
+        if shot is not None and shot.expectation.tag_id == self._view.standing():
+            raise NotNow("A picture is being taken here: decide when it is shown.")
+        return command(**insist)
+
+    def _moving(self, command: Callable[..., str], **insist: bool) -> str:
+        """Whoever has gone on wants no picture that has not begun, nor to be taken back by one."""
+        before = self._view.place()
+        done = command(**insist)
+        here, shot = self._view.place(), self._in_flight
+        if shot is None or here == before:
+            return done
+        if here == shot.place:
+            self._shutter.moved_to = None
+            return done
+        self._shutter.moved_to = here
+        if not self._shutter.drop():
+            return done
+        self._in_flight = None
+        return f"{done} The picture of {_named(shot)} that waited was not taken."
 
     def _order(self, command: Callable[..., str]) -> None:
         self._inbox.put(partial(self._obey, command))
@@ -239,7 +265,6 @@ class LiveWalk:
         told = replace(
             state,
             camera=camera,
-            queued=max(0, len(self._in_flight) - 1),
             camera_trouble=self._camera_trouble,
             camera_notes=self._camera_notes,
             analysis=status,
@@ -252,22 +277,30 @@ class LiveWalk:
         return "" if self._calibration is None else self._calibration.problem
 
     def _fire(self, insist: bool = False) -> str:
+        self._check_free()
         return self._sent(self._book.shot(insist))
 
+    def _second_view(self) -> str:
+        self._check_free()
+        return self._sent(self._book.second_view())
+
+    def _check_free(self) -> None:
+        """Presses do not queue: whoever presses again may stand at the next cluster by then."""
+        if self._in_flight is not None:
+            raise NotNow("A picture is being taken: wait until it is saved.")
+
     def _sent(self, shot: Shot) -> str:
-        shot = replace(shot, again=any(shot.repeats(each) for each in self._in_flight))
-        self._in_flight.append(shot)
+        self._in_flight, self._shutter.moved_to = shot, None
         self._shutter.fire(shot)
-        tag_id = shot.expectation.tag_id
-        return "Taking a new tag." if tag_id is None else f"Taking tag {tag_id}."
+        return f"Taking {_named(shot)}."
 
     def _heard(self, shot: Shot | None, event: events.ShutterEvent) -> None:
         """In the camera's thread."""
         self._inbox.put(partial(self._took, shot, event))
 
     def _took(self, shot: Shot | None, event: events.ShutterEvent) -> None:
-        if shot is not None:
-            self._in_flight.popleft()
+        if shot is self._in_flight:
+            self._in_flight = None
         if isinstance(event, events.CameraTrouble) and event.lost:
             self._camera, self._camera_trouble = CameraState.LOST, str(event.error)
         elif isinstance(event, events.CameraReady | events.Saved):
@@ -279,7 +312,8 @@ class LiveWalk:
             self._readings.submit(event.capture, shot.expectation, urgent=True)
 
     def _correct(self, tag_id: int, insist: bool = False) -> str:
-        done = self._store.together(self._book.correct_tag, tag_id, insist)
+        correct = partial(self._book.correct_tag, tag_id, insist)
+        done = self._store.together(self._moving, correct)
         shown = self._view.shown(tag_id, self._view.route())
         if shown is not None:
             saved = SavedCapture(shown.id, shown.left, shown.right, self._store.database_path)
@@ -302,6 +336,11 @@ class LiveWalk:
         self._analysis.restart()
         self._readings.take_up(again=True)
         return "The analysis was started again."
+
+
+def _named(shot: Shot) -> str:
+    tag_id = shot.expectation.tag_id
+    return "a new tag" if tag_id is None else f"tag {tag_id}"
 
 
 def _nothing() -> None:

@@ -19,11 +19,13 @@ from fieldcam.errors import FieldcamError, FlashMissing, FrameIncomplete
 from fieldcam.session.aiming import Aiming
 from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.events import CameraReady, CameraTrouble, Saved, ShutterEvent, StorageTrouble
+from fieldcam.session.viewing import Place
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.clock import now
+from fieldcam.store.clock import Moment, now
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
-from fieldcam.values import Expectation
+from fieldcam.store.walk_rows import Event, EventKind
+from fieldcam.values import Expectation, RawPair
 
 PREVIEW_EVERY_S = 0.5
 PREVIEW_DEADLINE_S = 1.0
@@ -41,18 +43,17 @@ class Shot:
     expectation: Expectation
     view: int = 1
     retake_of: EntryId | None = None
-    again: bool = False
-    """It was asked for while this very view was being taken, and takes that one's place."""
+    tree: EntryId | None = None
+    """Where it was asked for; a new tag joins this tree."""
 
-    def repeats(self, other: Shot) -> bool:
-        """Whether it is of the same view; of a new tag nobody knows."""
-        tag_id = self.expectation.tag_id
-        same = tag_id == other.expectation.tag_id and self.view == other.view
-        return same and tag_id is not None
+    @property
+    def place(self) -> Place:
+        """Where the operator stood when it was asked for."""
+        return self.expectation.tag_id, self.tree
 
 
 class Shutter:
-    """Owns the camera, which it opens again after it was lost."""
+    """Owns the camera, which it opens again after it was lost; takes one picture at a time."""
 
     def __init__(
         self,
@@ -74,15 +75,26 @@ class Shutter:
         self._pressed, self._aiming, self._calibration = pressed, aiming, calibration
         self._camera: FlashStereoDevice | None = None
         self._looking, self._complaint, self._missed = False, "", ""
-        self._last: tuple[Shot, EntryId] | None = None
-        """The last picture that was saved."""
+        self._lock = threading.Lock()
+        self._waiting: Shot | None = None
+        """What was asked for and has not begun."""
+        self.moved_to: Place | None = None
+        """Where the operator went while a picture was being taken; set under the store's lock."""
         self._orders: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
         self._thread.start()
 
     def fire(self, shot: Shot) -> None:
-        """Take it as soon as those before it are taken."""
+        """Take it as soon as the camera is there for it."""
+        with self._lock:
+            self._waiting = shot
         self._orders.put(partial(self._take, shot))
+
+    def drop(self) -> bool:
+        """Take nothing that has not begun; whether there was such a thing."""
+        with self._lock:
+            dropped, self._waiting = self._waiting is not None, None
+        return dropped
 
     def start_preview(self) -> None:
         """Look through the camera now and then, until told to stop."""
@@ -189,6 +201,8 @@ class Shutter:
 
     def _take(self, shot: Shot) -> None:
         """A full disk is found out before the flash, while nothing can be lost."""
+        if self._waiting is not shot:
+            return
         try:
             self._store.space.check()
         except FieldcamError as error:
@@ -196,6 +210,8 @@ class Shutter:
             return
         try:
             camera = self._camera or self._open()
+            if not self._begins(shot):
+                return  # it was dropped while the camera was opened
             shutter, raw = now(), camera.capture(self._deadline_s)
         except (FrameIncomplete, FlashMissing) as error:
             self._hear(shot, CameraTrouble(error, lost=False))
@@ -208,27 +224,39 @@ class Shutter:
         self._complaint = ""
         started = perf_counter()
         try:
-            saved: SavedCapture = self._store.save(
-                raw,
-                visit=self._visit,
-                tag_expected=shot.expectation.tag_id,
-                view=shot.view,
-                retake_of=self._replaced(shot),
-                shutter=shutter,
-                calibration=None if self._calibration is None else self._calibration.name,
-            )
+            saved = self._save(shot, raw, shutter)
         except FieldcamError as error:
             self._hear(shot, StorageTrouble(error))
             return
-        self._last = shot, saved.key
         duration_ms = (perf_counter() - started) * 1000
         self._hear(shot, Saved(saved, shot.expectation.tag_id, duration_ms))
 
-    def _replaced(self, shot: Shot) -> EntryId | None:
-        """The picture whose place it takes; none came of one that the camera missed."""
-        if shot.again and self._last is not None and shot.repeats(self._last[0]):
-            return self._last[1]
-        return shot.retake_of
+    def _begins(self, shot: Shot) -> bool:
+        """Whether it is still wanted; from here on it is finished."""
+        with self._lock:
+            wanted, self._waiting = self._waiting is shot, None
+        return wanted
+
+    def _save(self, shot: Shot, raw: RawPair, shutter: Moment) -> SavedCapture:
+        """Under the cluster where it was fired."""
+        return self._store.save(
+            raw,
+            visit=self._visit,
+            tag_expected=shot.expectation.tag_id,
+            view=shot.view,
+            retake_of=shot.retake_of,
+            shutter=shutter,
+            tree=shot.tree,
+            calibration=None if self._calibration is None else self._calibration.name,
+            followed_by=self._where_the_operator_went,
+        )
+
+    def _where_the_operator_went(self) -> tuple[Event, ...]:
+        """A picture that comes late takes nobody back to its cluster."""
+        if self.moved_to is None:
+            return ()
+        tag_id, tree = self.moved_to
+        return (Event(EventKind.WENT_TO, self._visit, tag_id=tag_id, tree=tree),)
 
     def _let_go(self) -> None:
         if self._camera is not None:

@@ -114,8 +114,6 @@ class WalkState:
     failed: int = 0
     """Those that could not be read; the operator may have them read again."""
     camera: CameraState = CameraState.READY
-    queued: int = 0
-    """Pictures that were asked for and wait for the camera, apart from the one it takes."""
     camera_trouble: str = ""
     """Why the camera is lost, and what to do, in the camera's own words."""
     afterwards: str = ""

@@ -177,7 +177,16 @@ def capture_without_tag(database: Database, visit: EntryId) -> EntryId | None:
 
 
 def tree_when_taken(database: Database, visit: EntryId, capture: EntryId) -> EntryId | None:
-    """The tree that was walked when a picture was taken."""
+    """The tree that was walked when a picture was asked for."""
+    fired = rows(
+        database,
+        f"SELECT tree FROM event WHERE capture = ? AND event = '{EventKind.SHUTTER}'"
+        " AND tree IS NOT NULL",
+        capture,
+    )
+    if fired:
+        tree: EntryId = fired[0]["tree"]
+        return tree
     turn = row_of(database, "entry", capture)["turn"]
     before = [*_went(database, visit, turn), *_taken(database, visit, turn)]
     last = max(before, key=lambda row: row["turn"], default=None)

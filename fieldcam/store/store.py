@@ -8,7 +8,7 @@ its own, so that reading for the screen never waits for writing.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import date
 from pathlib import Path
 from types import TracebackType
@@ -136,11 +136,14 @@ class Store:
         view: int = 1,
         retake_of: EntryId | None = None,
         shutter: Moment | None = None,
+        tree: EntryId | None = None,
         calibration: str | None = None,
+        followed_by: Callable[[], Sequence[Row]] = tuple,
     ) -> SavedCapture:
-        """Make a raw pair durable, with the time of its shutter where that is known.
+        """Make a raw pair durable, with the time and the tree of its shutter where they are known.
 
         `calibration` is the name that `keep_calibration` gave, where the pair has its own.
+        `followed_by` gives the rows that are to stand behind it, once nobody else can write.
         """
         refuse_other_kind(self.folder, raw.simulated)
         self.space.check()
@@ -157,7 +160,7 @@ class Store:
             calibration=calibration,
             **camera_facts(raw),
         )
-        return self.add_capture(capture, shutter)
+        return self.add_capture(capture, shutter, tree, followed_by)
 
     def keep_calibration(self, content: bytes) -> str:
         """Make a calibration durable and give the name of its file, which has a row of its own."""
@@ -167,15 +170,21 @@ class Store:
         )
         return name
 
-    def add_capture(self, capture: Capture, shutter: Moment | None = None) -> SavedCapture:
+    def add_capture(
+        self,
+        capture: Capture,
+        shutter: Moment | None = None,
+        tree: EntryId | None = None,
+        followed_by: Callable[[], Sequence[Row]] = tuple,
+    ) -> SavedCapture:
         """Write the row of a pair whose image files are durable already, its facts before it."""
         refuse_other_kind(self.folder, capture.simulated)
         draft = Draft(capture, new_id())
         facts = facts_of(self.database, draft.id, capture, shutter)
         self._with_reserve(lambda: self.objects.keep(dump_facts(facts), FACTS_SUFFIX))
-        event = Event(EventKind.SHUTTER, capture.visit, draft.id, capture.tag_expected)
+        event = Event(EventKind.SHUTTER, capture.visit, draft.id, capture.tag_expected, tree)
         shots = () if shutter is None else (Draft(event, new_id(), shutter),)
-        self.append(draft, *shots)
+        self.together(lambda: self.append(draft, *shots, *followed_by()))
         return SavedCapture(
             draft.id,
             self.objects.path(capture.left_file),

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import ClassVar, Literal
 
 from textual.app import ComposeResult
-from textual.containers import Vertical
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
 from textual.events import Key
 from textual.widgets import Input, Static
 
+from fieldcam.tui.buttons import BigButton
 from fieldcam.tui.dialog import Dialog
 
 Kind = Literal["text", "integer", "number"]
@@ -18,9 +20,16 @@ LONGEST = 200
 
 
 class AskYes(Dialog[bool]):
-    """Enter or Y says yes, any other key no."""
+    """Y says yes, N or Escape no.
+
+    Enter and the shutter's keys say nothing: they may have been meant for the screen below.
+    """
 
     CSS_PATH = "asking.tcss"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("y", "answer(True)", "Yes"),
+        Binding("n,escape", "answer(False)", "No"),
+    ]
 
     def __init__(self, question: str) -> None:
         super().__init__()
@@ -29,11 +38,12 @@ class AskYes(Dialog[bool]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="box"):
             yield Static(self._question, markup=False)
-            yield Static("Enter: yes      any other key: no")
+            with Horizontal(classes="keys"):
+                yield BigButton("YES  Y", action="screen.answer(True)")
+                yield BigButton("NO  N", action="screen.answer(False)")
 
-    def on_key(self, event: Key) -> None:
-        event.stop()
-        self.dismiss(event.key in ("enter", "y"))
+    def action_answer(self, yes: bool) -> None:
+        self.dismiss(yes)
 
 
 class Notice(Dialog[None]):

@@ -22,6 +22,7 @@ from fieldcam.session.setting_up import (
 from fieldcam.store.orchard_rows import Block, Setting
 from fieldcam.store.rows import EntryId
 from fieldcam.tui import answers
+from fieldcam.tui.asking import AskYes
 from fieldcam.tui.forms import AskChoice, AskForm, Field
 from fieldcam.tui.setup_telling import Subject, spray_line, tree_line
 
@@ -134,9 +135,15 @@ class Questions:
             self._form("A thinning spray:", fields, self._spray)
 
         def strike(index: int) -> None:
-            self.take(partial(self.setup.strike_spray, known[index].id))
+            spray = known[index]
 
-        lines = [f"{spray_line(spray)}   (Enter strikes it out)" for spray in known]
+            def answered(yes: bool | None) -> None:
+                if yes:
+                    self.take(partial(self.setup.strike_spray, spray.id))
+
+            self.app.push_screen(AskYes(f"Strike out {spray_line(spray)}?"), answered)
+
+        lines = [f"{spray_line(spray)}   (Enter, then Y, strikes it out)" for spray in known]
         self._choose("Sprays", lines, "A new spray", strike, another)
 
     def route(self) -> None:

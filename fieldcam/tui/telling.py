@@ -68,8 +68,7 @@ def banner(state: WalkState) -> Banner:
     """The most important thing now."""
     if state.camera is CameraState.EXPOSING:
         what = "a new tag" if state.tag_id is None else f"tag {state.tag_id}"
-        more = f" {number_of(state.queued, 'picture')} waiting." if state.queued else ""
-        sentence = f"Taking {what}: hold still.{more} {state.patience}".rstrip()
+        sentence = f"Taking {what}: hold still. {state.patience}".rstrip()
         return Banner("TAKING", "dots", Tone.BUSY, sentence)
     if state.tag_id is None and state.shown is None and not state.learning:
         return all_done(state)

@@ -1,0 +1,187 @@
+"""What was fired belongs to the cluster where it was fired, however keys follow each other."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from live_walks import ToldCamera, Walked, read, walked
+from stored_walks import FIRST_DAY
+
+from fieldcam.camera.port import FlashStereoDevice
+from fieldcam.session.events import Changed, Done, Refused, Saved, VerdictReady
+from fieldcam.session.live import LiveWalk
+from fieldcam.session.state import CameraState, WalkState
+from fieldcam.store.blocks import tree_of_tags
+from fieldcam.store.history import CaptureRecord, visit_captures
+from fieldcam.store.orchard_rows import Block
+from fieldcam.store.walks import ClusterState
+from fieldcam.values import RawPair
+
+BUSY = "A picture is being taken: wait until it is saved."
+
+
+class SlowCamera(ToldCamera):
+    """Says when an exposure has begun, and ends it when it is let."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.begun, self.go_on = threading.Event(), threading.Event()
+        self.go_on.set()
+
+    def capture(self, deadline_s: float) -> RawPair:
+        self.begun.set()
+        assert self.go_on.wait(10)
+        return super().capture(deadline_s)
+
+
+class LateCamera(ToldCamera):
+    """Takes a while to be opened."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked, self.go_on = threading.Event(), threading.Event()
+
+    def open(self) -> FlashStereoDevice:
+        self.asked.set()
+        assert self.go_on.wait(10)
+        return super().open()
+
+
+@pytest.fixture
+def walk(tmp_path: Path) -> Iterator[Walked]:
+    with walked(tmp_path) as found:
+        found.camera = SlowCamera()
+        yield found
+
+
+@contextmanager
+def exposing(walk: Walked) -> Iterator[None]:
+    """While a picture is being taken where the operator stands."""
+    camera = walk.camera
+    assert isinstance(camera, SlowCamera)
+    camera.begun.clear()
+    camera.go_on.clear()
+    walk.live.shoot()
+    assert camera.begun.wait(10)
+    walk.heard.until(lambda state: state.camera is CameraState.EXPOSING)
+    yield
+    camera.go_on.set()
+
+
+def taken(walk: Walked) -> list[CaptureRecord]:
+    return list(visit_captures(walk.store.database, walk.visit))
+
+
+def saved(walk: Walked) -> WalkState:
+    walk.heard.next(Saved)
+    return walk.heard.next(Changed).state
+
+
+def test_presses_do_not_queue(walk: Walked) -> None:
+    """Space three times at tag 11, Enter twice: one picture, which nothing undoes."""
+    walk.start()
+    with exposing(walk):
+        for press in (walk.live.shoot, walk.live.shoot, walk.camera.press, walk.live.second_view):
+            assert walk.after(press, Refused)[0].sentence == BUSY
+        walk.analysis.outcomes.append(read(11))
+    walk.heard.next(VerdictReady)
+    walk.after(walk.live.accept, Done)
+    refused, state = walk.after(walk.live.accept, Refused)
+    assert refused.sentence == "There is no picture of this cluster yet."
+    assert (state.tag_id, [record.tag_id for record in taken(walk)]) == (12, [11])
+    stop = state.route.stop(11)
+    assert stop is not None and stop.state is ClusterState.ACCEPTED
+
+
+DECISIONS: dict[str, Callable[[LiveWalk], None]] = {
+    "accept": LiveWalk.accept,
+    "retake": LiveWalk.retake,
+    "fallen": LiveWalk.fallen,
+    "hidden": LiveWalk.hidden,
+    "target": LiveWalk.other_target,
+    "strike": lambda live: live.strike(0),
+    "tag": lambda live: live.correct_tag(12),
+}
+
+
+@pytest.mark.parametrize("name", DECISIONS)
+def test_nothing_is_decided_while_the_picture_is_taken_anew(walk: Walked, name: str) -> None:
+    walk.start()
+    walk.shoot(read(11))
+    with exposing(walk):
+        refused, _ = walk.after(lambda: DECISIONS[name](walk.live), Refused)
+        assert refused.sentence == "A picture is being taken here: decide when it is shown."
+    state = saved(walk)
+    assert state.tag_id == 11 and all(record.action is None for record in taken(walk))
+
+
+MOVES: dict[str, Callable[[LiveWalk], None]] = {
+    "next": lambda live: live.step(1),
+    "far": lambda live: live.go_to(12),
+    "skip": LiveWalk.skip,
+}
+
+
+@pytest.mark.parametrize("name", MOVES)
+def test_a_picture_that_comes_late_takes_nobody_back(walk: Walked, name: str) -> None:
+    walk.start()
+    with exposing(walk):
+        done, _ = walk.after(lambda: MOVES[name](walk.live), Done)
+        assert "not taken" not in done.sentence
+    state = saved(walk)
+    assert state.tag_id == 12
+    assert [record.tag_expected for record in taken(walk)] == [11]
+    with exposing(walk):
+        pass
+    saved(walk)
+    assert [record.tag_expected for record in taken(walk)] == [11, 12]
+
+
+def test_whoever_comes_back_finds_the_picture(walk: Walked) -> None:
+    walk.start()
+    with exposing(walk):
+        walk.after(lambda: walk.live.step(1), Done)
+        walk.after(lambda: walk.live.step(-1), Done)
+    state = saved(walk)
+    assert state.tag_id == 11 and state.shown is not None
+
+
+@pytest.mark.parametrize("name", MOVES)
+def test_moving_on_drops_what_waits(tmp_path: Path, name: str) -> None:
+    with walked(tmp_path) as walk:
+        camera = walk.camera = LateCamera()
+        walk.start()
+        assert camera.asked.wait(10)
+        walk.live.shoot()
+        walk.heard.until(lambda state: state.camera is CameraState.EXPOSING)
+        done, state = walk.after(lambda: MOVES[name](walk.live), Done)
+        assert done.sentence.endswith("The picture of tag 11 that waited was not taken.")
+        assert state.camera is not CameraState.EXPOSING
+        camera.go_on.set()
+        walk.heard.until(lambda state: state.camera is CameraState.READY)
+        walk.after(walk.live.shoot, Saved)
+        assert [record.tag_expected for record in taken(walk)] == [12]
+
+
+def test_a_new_tag_joins_the_tree_where_it_was_fired(tmp_path: Path) -> None:
+    """Not the one that the operator has reached when it is saved."""
+    with walked(tmp_path) as walk:
+        block = walk.store.block(Block("South"))
+        walk.visit = walk.store.visit(block, FIRST_DAY)
+        walk.camera = SlowCamera()
+        walk.start()
+        walk.shoot(read(5))
+        walk.after(walk.live.accept, Done)
+        with exposing(walk):
+            done, _ = walk.after(walk.live.next_tree, Done)
+            assert done.sentence.startswith("Tree 2")
+            walk.analysis.outcomes.append(read(6))
+        walk.heard.next(VerdictReady)
+        walk.heard.next(Changed)
+        assert tree_of_tags(walk.store.database, block) == {5: "1", 6: "1"}
+        walk.shoot(read(7))
+        assert tree_of_tags(walk.store.database, block)[7] == "2"
