@@ -193,7 +193,11 @@ class Walked:
         self.made, self.store, self.visit = made, made.store, visit
         self.camera, self.analysis, self.heard = ToldCamera(), ToldAnalysis(), Heard()
 
-    def start(self, calibration: OwnCalibration | None = None) -> WalkState:
+    def start(
+        self,
+        calibration: OwnCalibration | None = None,
+        day_question: Callable[[], str | None] = lambda: None,
+    ) -> WalkState:
         self.live = LiveWalk(
             self.store,
             self.visit,
@@ -201,6 +205,7 @@ class Walked:
             lambda changed: self.analysis,
             self.heard,
             calibration=calibration,
+            day_question=day_question,
         )
         return self.heard.next(Changed).state
 

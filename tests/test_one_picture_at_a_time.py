@@ -12,7 +12,7 @@ from live_walks import ToldCamera, Walked, read, walked
 from stored_walks import FIRST_DAY
 
 from fieldcam.camera.port import FlashStereoDevice
-from fieldcam.session.events import Changed, Done, Refused, Saved, VerdictReady
+from fieldcam.session.events import Changed, DayDoubted, Done, Refused, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.blocks import tree_of_tags
@@ -185,3 +185,14 @@ def test_a_new_tag_joins_the_tree_where_it_was_fired(tmp_path: Path) -> None:
         assert tree_of_tags(walk.store.database, block) == {5: "1", 6: "1"}
         walk.shoot(read(7))
         assert tree_of_tags(walk.store.database, block)[7] == "2"
+
+
+def test_a_picture_of_another_day_waits_for_an_answer(walk: Walked) -> None:
+    """The camera's own button is no way around it."""
+    asked = ["This walk is of 21 May 2026.", "This walk is of 21 May 2026.", None]
+    walk.start(day_question=lambda: asked.pop(0))
+    for press in (walk.live.shoot, lambda: walk.camera.press()):
+        doubt, _ = walk.after(press, DayDoubted)
+        assert doubt.sentence == "This walk is of 21 May 2026."
+    assert taken(walk) == []
+    walk.after(walk.live.shoot, Saved)

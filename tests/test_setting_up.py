@@ -12,7 +12,8 @@ from stored_walks import FIRST_DAY, small_store
 
 from fieldcam.errors import BadInput, StorageFull
 from fieldcam.exchange.route_table import read_route
-from fieldcam.session.setting_up import SetUp, SetUpState, day_of
+from fieldcam.session.setting_up import SetUp, SetUpState
+from fieldcam.session.today import day_of
 from fieldcam.store.clock import Moment
 from fieldcam.store.connection import rows
 from fieldcam.store.orchard_rows import Block, Setting
@@ -120,14 +121,57 @@ def test_the_next_day_gets_a_visit_of_its_own(told: Told, north: SetUp) -> None:
 
 def test_an_earlier_day_than_the_last_visit_is_asked_about(told: Told, north: SetUp) -> None:
     north.open_visit(FIRST_DAY)
-    told.day -= timedelta(days=365)
+    told.day -= timedelta(days=14)
     setup = told.again()
     assert (setup.block, setup.visit) == (north.block, None)
     doubt = setup.doubt()
     assert doubt is not None
-    assert doubt.startswith("The clock says 21 May 2025, but the last visit was on 21 May 2026.")
+    assert doubt.startswith("The clock says 07 May 2026, but the last visit was on 21 May 2026.")
     setup.open_visit(told.day)
     assert setup.doubt() is None and told.again().visit is not None
+
+
+@pytest.mark.parametrize("day", [date(2000, 1, 1), date(1970, 1, 1), date(2026, 4, 30)])
+def test_a_day_before_this_version_is_asked_about(told: Told, north: SetUp, day: date) -> None:
+    """On the first walk, and at each start: a flat battery sets every day to the same one."""
+    told.day = day
+    for _ in range(2):
+        setup = told.again()
+        doubt = setup.doubt()
+        assert setup.visit is None and doubt is not None
+        assert doubt.startswith(f"The clock says {day:%d %b %Y}, which is before this version")
+        setup.open_visit(day)
+
+
+def test_a_block_of_another_season_is_asked_about(told: Told, north: SetUp) -> None:
+    north.open_visit(FIRST_DAY)
+    told.day += timedelta(days=150)
+    assert told.again().visit is not None
+    told.day += timedelta(days=200)
+    setup = told.again()
+    assert setup.visit is None and setup.doubt() is None
+    question = setup.season_doubt()
+    assert question is not None and question.startswith("Block North was last walked on 18 Oct")
+
+
+def test_the_calendar_may_go_on_while_a_visit_is_walked(told: Told, north: SetUp) -> None:
+    north.open_visit(FIRST_DAY)
+    assert north.day_question() is None
+    told.day += timedelta(days=4)
+    question = north.day_question()
+    assert question is not None and "This walk is of 21 May 2026" in question
+    north.keep_day()
+    assert north.day_question() is None
+    told.day += timedelta(days=1)
+    assert north.day_question() is not None
+    told.day = FIRST_DAY
+    assert north.day_question() is None, "the clock was put right"
+
+
+def test_a_clock_that_the_operator_overruled_is_not_asked_about(told: Told, north: SetUp) -> None:
+    told.day = date(2000, 1, 1)
+    north.open_visit(FIRST_DAY)
+    assert north.day_question() is None
 
 
 @pytest.mark.parametrize(
@@ -183,11 +227,15 @@ CHANGES: dict[str, Callable[[SetUp], object]] = {
     "the trees": lambda setup: setup.set_trees(4),
     "the number": lambda setup: setup.set_number(TARGET, 40),
     "the spray": lambda setup: setup.add_spray(FIRST_DAY, "Brevis", ""),
+    "the visit's day": lambda setup: setup.correct_day(
+        setup.state().visits[0].id, date(2026, 6, 1)
+    ),
 }
 
 
 @pytest.mark.parametrize("name", CHANGES)
 def test_every_change_can_be_undone(north: SetUp, name: str) -> None:
+    north.open_visit(FIRST_DAY)
     before = facts(north)
     CHANGES[name](north)
     assert facts(north) != before

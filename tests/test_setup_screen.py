@@ -15,6 +15,7 @@ from textual.geometry import Offset
 from textual.widgets import Input, OptionList
 
 from fieldcam.errors import BadInput, StorageFull
+from fieldcam.session.events import DayDoubted
 from fieldcam.session.setting_up import SetUp
 from fieldcam.store.blocks import VisitSummary
 from fieldcam.store.blocks import visits as visits_of
@@ -347,28 +348,109 @@ def test_an_operator_is_asked_for_once_and_never_needed(setup: SetUp, store: Sto
 @pytest.mark.parametrize(
     ("keys", "day"),
     [
-        (("y",), date(2025, 5, 21)),
+        (("y",), date(2026, 5, 14)),
         (("n", "2026-05-24"), date(2026, 5, 24)),
-        (("n", "escape"), date(2025, 5, 21)),
+        (("n", "escape"), date(2026, 5, 14)),
     ],
 )
 def test_a_clock_set_back_is_asked_about(
     north: SetUp, store: Store, clock: Clock, keys: tuple[str, ...], day: date
 ) -> None:
-    clock.day = date(2025, 5, 21)
+    clock.day = date(2026, 5, 14)
     setup = SetUp(store, clock)
     setup.resume()
 
     async def script(driven: Driven) -> None:
-        assert "The clock says 21 May 2025, but the last visit was on 21 May 2026." in " ".join(
+        assert "The clock says 14 May 2026, but the last visit was on 21 May 2026." in " ".join(
             driven.text.split()
         )
         for key in keys:
             await (driven.type(key) if "-" in key else driven.press(key))
         assert isinstance(driven.app.screen, WalkScreen)
+        assert ("as the clock says. Set-up" in driven.text) == (keys[-1] == "escape")
 
     drive(SMALL, script, setup=setup)
     assert [visit.day for visit in visits(store, setup)] == sorted([FIRST_DAY, day])
+
+
+def test_a_flat_clock_battery_is_asked_about_on_a_first_walk(
+    setup: SetUp, store: Store, clock: Clock
+) -> None:
+    clock.day = date(2000, 1, 1)
+    setup.sign_in("Ana")
+    setup.new_block(Block("North"))
+
+    async def script(driven: Driven) -> None:
+        assert "before this version of fieldcam was made" in " ".join(driven.text.split())
+        await driven.press("enter", "space")
+        assert driven.started == 0
+        await driven.press("n")
+        await driven.type("2026-05-23")
+        assert isinstance(driven.app.screen, WalkScreen)
+
+    drive(SMALL, script, setup=setup)
+    assert [visit.day for visit in visits(store, setup)] == [date(2026, 5, 23)]
+
+
+def test_a_walk_that_outlives_its_day_is_asked_about(
+    north: SetUp, store: Store, clock: Clock
+) -> None:
+    """Whether a picture is asked for or not; other keys than the answers do nothing."""
+    north.sign_in("Ana")
+
+    async def script(driven: Driven) -> None:
+        clock.day = FIRST_DAY + timedelta(days=4)
+        await driven.tell(AIM, DayDoubted("A picture was asked for."))
+        driven.app._look_at_the_calendar()
+        await driven.settle()
+        question = "This walk is of 21 May 2026, and the clock says 25 May 2026 now."
+        assert question in " ".join(driven.text.split())
+        await driven.press("enter", "space", "n")
+        assert "The visit goes on. Set-up (E) corrects the days of visits." in driven.text
+        driven.app._look_at_the_calendar()
+        await driven.settle()
+        assert isinstance(driven.app.screen, WalkScreen)
+        clock.day += timedelta(days=1)
+        driven.app._look_at_the_calendar()
+        await driven.settle()
+        await driven.press("y")
+        assert isinstance(driven.app.screen, WalkScreen)
+        assert (driven.started, driven.walk.asked) == (2, [("close",)])
+
+    drive(SMALL, script, setup=north)
+    assert [visit.day for visit in visits(store, north)] == [FIRST_DAY, date(2026, 5, 26)]
+
+
+def test_the_calendar_takes_no_letters_from_what_is_typed(north: SetUp, clock: Clock) -> None:
+    north.sign_in("Ana")
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(AIM)
+        await driven.press("n")
+        clock.day = FIRST_DAY + timedelta(days=4)
+        driven.app._look_at_the_calendar()
+        await driven.press(*"any", "enter")
+        assert driven.walk.asked == [("note", "any")]
+
+    drive(SMALL, script, setup=north)
+
+
+def test_the_day_of_a_visit_is_corrected(north: SetUp, store: Store) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.VISITS)
+        assert "2026-05-21  0 pictures" in driven.text
+        await driven.press("enter")
+        for text in ("2026-05-19", "a flat battery"):
+            await driven.type(text)
+        assert "The visit of 21 May 2026 was on 19 May 2026." in driven.text
+        assert "Days of its visits          1, last 2026-05-19, 1 corrected" in driven.text
+        await choose(driven, Subject.VISITS)
+        assert "2026-05-19  0 pictures   was 2026-05-21 (Ana): a flat" in driven.text
+
+    north.sign_in("Ana")
+    drive(SMALL, script, setup=north)
+    assert [visit.day for visit in visits(store, north)] == [date(2026, 5, 19)]
 
 
 def visits(store: Store, setup: SetUp) -> tuple[VisitSummary, ...]:

@@ -42,6 +42,7 @@ from fieldcam.store.migrations import migrate, steps, version_of
 from fieldcam.store.readings import reading_row
 from fieldcam.store.rows import EntryId
 from fieldcam.store.said import said
+from fieldcam.store.walk_rows import Visit
 
 
 @pytest.fixture
@@ -312,7 +313,8 @@ def test_a_file_of_the_form_before_is_brought_up_to_date(
         patch.setattr("fieldcam.store.migrations.steps", lambda: steps()[:3])
         old = small_store(tmp_path)
         walk = MadeWalk(old)
-        capture = walk.take(walk.visit(), 11).key
+        (visit,) = old.append(Visit(walk.block, FIRST_DAY))
+        capture = walk.take(visit, 11).key
         before = dump(old.database_path)
         assert version_of(old.database) == 3
         old.close()

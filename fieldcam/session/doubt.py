@@ -9,5 +9,9 @@ class NotNow(BadInput):
     """The command makes no sense here; the sentence says what does."""
 
 
+class NewDay(BadInput):
+    """The calendar has gone on since the visit was opened; the sentence asks what is walked."""
+
+
 class Doubtful(BadInput):
     """Most likely a slip, but the operator may insist."""

@@ -92,6 +92,13 @@ class Doubted:
     insist: Callable[[], None]
 
 
+@dataclass(frozen=True, slots=True)
+class DayDoubted:
+    """A picture waits for the answer to whether a new visit begins."""
+
+    sentence: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Previewed:
     """What the camera sees while the operator aims."""
@@ -110,6 +117,14 @@ class Changed:
 
 ShutterEvent = CameraReady | CameraTrouble | Saved | StorageTrouble
 LiveEvent = (
-    ShutterEvent | VerdictReady | AnalysisTrouble | Done | Refused | Doubted | Previewed | Changed
+    ShutterEvent
+    | VerdictReady
+    | AnalysisTrouble
+    | Done
+    | Refused
+    | Doubted
+    | DayDoubted
+    | Previewed
+    | Changed
 )
 Listener = Callable[[LiveEvent], None]

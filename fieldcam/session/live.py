@@ -22,7 +22,7 @@ from fieldcam.session import events
 from fieldcam.session.aiming import Aiming
 from fieldcam.session.book import WalkBook
 from fieldcam.session.calibrating import OwnCalibration
-from fieldcam.session.doubt import Doubtful, NotNow
+from fieldcam.session.doubt import Doubtful, NewDay, NotNow
 from fieldcam.session.fruit_book import FruitBook
 from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.reading import Analysis, Readings
@@ -39,6 +39,10 @@ from fieldcam.store.store import Store
 from fieldcam.values import Expectation
 
 
+def _no_question() -> None:
+    """The visit's day is not the clock's to say."""
+
+
 class LiveWalk:
     """One visit in an open store; runs from the moment it is made until `close`."""
 
@@ -51,12 +55,14 @@ class LiveWalk:
         listener: events.Listener,
         deadline_s: float = DEADLINE_S,
         calibration: OwnCalibration | None = None,
+        day_question: Callable[[], str | None] = _no_question,
     ) -> None:
         """`start_analysis` is given what wants to hear of the analysis's status.
 
         `calibration` goes with each picture; None where the analysis knows the camera.
+        `day_question` says what to ask before a picture of another day than the visit's.
         """
-        self._store, self._tell = store, listener
+        self._store, self._tell, self._day_question = store, listener, day_question
         self._view = WalkView(store, visit)
         self._book, self._fruit = WalkBook(self._view), FruitBook(self._view)
         self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
@@ -233,6 +239,8 @@ class LiveWalk:
             self._tell(events.Doubted(doubt.message, insist))
         except NotNow as refusal:
             self._tell(events.Refused(refusal.message))
+        except NewDay as question:
+            self._tell(events.DayDoubted(question.message))
         else:
             self._tell(events.Done(done))
 
@@ -277,17 +285,19 @@ class LiveWalk:
         return "" if self._calibration is None else self._calibration.problem
 
     def _fire(self, insist: bool = False) -> str:
-        self._check_free()
+        self._check_shutter()
         return self._sent(self._book.shot(insist))
 
     def _second_view(self) -> str:
-        self._check_free()
+        self._check_shutter()
         return self._sent(self._book.second_view())
 
-    def _check_free(self) -> None:
+    def _check_shutter(self) -> None:
         """Presses do not queue: whoever presses again may stand at the next cluster by then."""
         if self._in_flight is not None:
             raise NotNow("A picture is being taken: wait until it is saved.")
+        if (question := self._day_question()) is not None:
+            raise NewDay(question)
 
     def _sent(self, shot: Shot) -> str:
         self._in_flight, self._shutter.moved_to = shot, None

@@ -7,36 +7,42 @@ was written.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from datetime import date, datetime, timedelta
+from dataclasses import dataclass, field, replace
+from datetime import date
 
 from fieldcam.errors import StorageFull
-from fieldcam.exchange.capture_folder import recording_day
 from fieldcam.exchange.route_table import PlannedRoute
 from fieldcam.session.doubt import NotNow
 from fieldcam.session.planning import keep_route
+from fieldcam.session.today import clock_doubt, day_of, day_question, season_doubt, told
 from fieldcam.session.undoing import undo_last_set_up
 from fieldcam.store.blocks import (
     BlockSummary,
+    DayCorrection,
     SprayRecord,
+    VisitSummary,
     block_named,
     blocks,
+    day_corrections,
     newest_blocks,
     settings,
     sprays,
     trees,
     visits,
 )
-from fieldcam.store.clock import Moment, now
+from fieldcam.store.calipers import typed_sizes
+from fieldcam.store.clock import now
 from fieldcam.store.folder import DataKind
+from fieldcam.store.judgement_rows import Undo
+from fieldcam.store.lookups import row_of
 from fieldcam.store.operators import last_operator, operators
 from fieldcam.store.orchard_rows import Block, BlockFacts, BlockSetting, Setting, Spray, Tree
 from fieldcam.store.resuming import resume
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import Event, EventKind
+from fieldcam.store.walk_rows import Event, EventKind, VisitDay
 from fieldcam.store.walks import is_planned
 from fieldcam.words import number_of
 
@@ -68,6 +74,10 @@ class SetUpState:
     numbers: tuple[tuple[Setting, float], ...] = ()
     """For the block as a whole."""
     sprays: tuple[SprayRecord, ...] = ()
+    visits: tuple[VisitSummary, ...] = ()
+    """The earliest first."""
+    corrections: Mapping[EntryId, DayCorrection] = field(default_factory=dict)
+    """Of the days of visits, by visit."""
     planned: bool = False
     """The route was given; else it is learned by walking."""
 
@@ -85,6 +95,8 @@ class SetUp:
         self.block: EntryId | None = None
         self.visit: EntryId | None = None
         """The visit that is walked; None until one is opened in this block."""
+        self._opened_on = self.today()
+        """What the clock said when the visit was opened, or kept in spite of another day."""
 
     def resume(self) -> None:
         """Who walked last, and where; opens today's visit unless the day is doubtful.
@@ -98,7 +110,7 @@ class SetUp:
         last = resume(self._store.database)
         newest = newest_blocks(self._store.database)
         self.block = next(iter(newest), None) if last is None else last.block
-        if self.block is not None and self.doubt() is None:
+        if self.block is not None and self.doubt() is None and self.season_doubt() is None:
             # On a full disk there is only a visit to look at that was opened before.
             with suppress(StorageFull):
                 self.open_visit(self.today())
@@ -179,22 +191,56 @@ class SetUp:
         return undo_last_set_up(self._store, self._block())
 
     def doubt(self) -> str | None:
-        """Why today cannot be trusted: the clock says a day before the last visit."""
-        day, block = self.today(), self._block()
-        known = [visit.day for visit in visits(self._store.database, block)]
+        """Why today cannot be trusted: nobody walked so early, or the clock went back."""
+        if self._store.folder.kind is DataKind.SIMULATED:
+            return None  # no clock says an orchard's made-up days
+        day, walked = self.today(), self._days()
         last = resume(self._store.database)
-        days = known if last is None else [*known, last.day]
-        if day in known or all(each <= day for each in days):
-            return None
-        return (
-            f"The clock says {day:%d %b %Y}, but the last visit was on {max(days):%d %b %Y}."
-            f" Is today {day:%d %b %Y}?"
-        )
+        if day in walked or last is None:
+            return clock_doubt(day, () if day in walked else walked)
+        return clock_doubt(day, (*walked, last.day))
+
+    def season_doubt(self) -> str | None:
+        """Why this block cannot be the one that is walked today."""
+        block = row_of(self._store.database, "block", self._block())
+        return season_doubt(block["name"], self.today(), self._days())
 
     def open_visit(self, day: date) -> None:
         """Walk the block on this day, whatever the clock says."""
         self.visit = self._store.visit(self._block(), day)
         self._store.append(Event(EventKind.VISIT_OPENED, self.visit))
+        self._opened_on = self.today()
+
+    def day_question(self) -> str | None:
+        """What to ask before a picture once the calendar has gone on; any thread may call it."""
+        day, visit = self.today(), self.visit
+        if visit is None or day == self._opened_on:
+            return None
+        row = row_of(self._store.database, "visit_now", visit)
+        of_visit = date.fromisoformat(row["day"])
+        return None if of_visit == day else day_question(of_visit, day)
+
+    def keep_day(self) -> str:
+        """The visit goes on, whatever the clock says now."""
+        self._opened_on = self.today()
+        return "The visit goes on."
+
+    def correct_day(self, visit: EntryId, day: date, why: str = "") -> str:
+        """The visit was on another day than it was given, and so were the sizes by caliper."""
+        database = self._store.database
+        before = date.fromisoformat(row_of(database, "visit_now", visit)["day"])
+        if day == before:
+            raise NotNow(f"The visit is of {told(day)} already.")
+        self._store.together(self._correct_day, visit, before, day, why or None)
+        return f"The visit of {told(before)} was on {told(day)}."
+
+    def _correct_day(self, visit: EntryId, before: date, day: date, why: str | None) -> None:
+        typed = typed_sizes(self._store.database, visit, before)
+        rows = [replace(size, day=day) for size in typed.values()]
+        self._store.append(VisitDay(visit, day), *rows, *map(Undo, typed), why=why)
+
+    def _days(self) -> tuple[date, ...]:
+        return tuple(visit.day for visit in visits(self._store.database, self._block()))
 
     def _block(self) -> EntryId:
         if self.block is None:
@@ -213,6 +259,8 @@ class SetUp:
             trees=found,
             numbers=tuple(settings(database, block).items()),
             sprays=sprays(database, block),
+            visits=visits(database, block),
+            corrections=day_corrections(database, block),
             planned=is_planned(database, block),
         )
 
@@ -229,9 +277,3 @@ def check_trees(count: int, known: int) -> None:
         raise NotNow(f"The block has {number_of(known, 'tree')} already.")
     if count > MOST_TREES:
         raise NotNow(f"A block has at most {MOST_TREES} trees.")
-
-
-def day_of(moment: Moment) -> date:
-    """The day that a walk counts for: one that goes on past midnight stays one visit."""
-    local: datetime = moment.utc + timedelta(minutes=moment.utc_offset_min)
-    return recording_day(local)

@@ -53,7 +53,17 @@ _NAMES = {
     "route": "the route",
     "block_setting": "the number",
     "spray": "the spray",
+    "visit_day": "the visit's day",
 }
+
+
+_SAME_MOMENT = (
+    "FROM (SELECT here.* FROM standing AS here JOIN entry AS last"
+    " ON last.device = here.device AND last.boot = here.boot"
+    " AND last.boot_ns = here.boot_ns AND last.at_utc = here.at_utc"
+    " WHERE last.id = ?) AS written"
+)
+"""The standing rows of one command share the moment at which they were written."""
 
 
 def undo_last(store: Store, visit: EntryId) -> tuple[str, int | None]:
@@ -112,19 +122,23 @@ def _on_cluster(store: Store, mark: Undoable) -> bool:
 
 def _undo(store: Store, entry: EntryId) -> str:
     """Take back what was written together with a row; gives its names."""
-    together = _written_together(store, entry)
-    store.append(*(Undo(each) for each in together))
+    together, struck_out = _written_together(store, entry), _struck_out_with(store, entry)
+    store.append(
+        *(Undo(each) for each in together),
+        *(Undo(each, undone=False) for each in struck_out),
+    )
     return " and ".join(dict.fromkeys(_NAMES[kind] for kind in together.values()))
 
 
+def _struck_out_with(store: Store, entry: EntryId) -> list[EntryId]:
+    """What a command had taken back itself counts again."""
+    found = rows(store.database, f"SELECT undo.target {_SAME_MOMENT} JOIN undo USING (id)", entry)
+    return [row["target"] for row in found]
+
+
 def _written_together(store: Store, entry: EntryId) -> dict[EntryId, str]:
-    """The standing rows of one command share the moment at which they were written."""
-    sql = (
-        "SELECT standing.id, standing.kind FROM standing JOIN entry AS last"
-        " ON last.device = standing.device AND last.boot = standing.boot"
-        " AND last.boot_ns = standing.boot_ns AND last.at_utc = standing.at_utc"
-        " WHERE last.id = ? ORDER BY standing.seq"
-    )
+    """Those that can be undone, the earliest first."""
+    sql = f"SELECT written.id, written.kind {_SAME_MOMENT} ORDER BY written.seq"
     return {
         row["id"]: row["kind"] for row in rows(store.database, sql, entry) if row["kind"] in _NAMES
     }

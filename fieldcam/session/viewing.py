@@ -72,7 +72,7 @@ class VisitView:
     def state(self) -> WalkState:
         """All that the store says; camera and analysis are the session's to add."""
         database, route, (tag_id, tree) = self.store.database, self.route(), self.place()
-        visit = row_of(database, "visit", self.visit)
+        visit = row_of(database, "visit_now", self.visit)
         shown = self.shown(tag_id, route)
         ended = tag_id is None and shown is None and bool(route.stops)
         return WalkState(

@@ -11,8 +11,12 @@ from fieldcam.store.connection import rows
 from fieldcam.store.orchard_rows import Setting
 from fieldcam.store.rows import EntryId
 
-SET_UP = ("block_facts", "tree", "cluster", "route", "block_setting", "spray")
-"""Tables of what is set up in a block."""
+_TABLES = ("block_facts", "tree", "cluster", "route", "block_setting", "spray")
+_SET_UP = (
+    *(f"SELECT id, block FROM {table}" for table in _TABLES),
+    "SELECT visit_day.id, visit.block FROM visit_day JOIN visit ON visit.id = visit_day.visit",
+)
+"""Rows of what is set up in a block."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +46,17 @@ class VisitSummary:
 
 
 @dataclass(frozen=True, slots=True)
+class DayCorrection:
+    """Of a visit's day."""
+
+    given: date
+    """The day that it had before."""
+    who: str
+    """Empty where nobody had signed in."""
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
 class SprayRecord:
     """One thinning spray."""
 
@@ -59,7 +74,7 @@ def blocks(database: Database) -> tuple[BlockSummary, ...]:
         " (SELECT count(*) FROM tree JOIN standing USING (id) WHERE block = block.id) AS trees,"
         " (SELECT count(*) FROM cluster_now WHERE block = block.id) AS clusters,"
         " (SELECT count(*) FROM visit WHERE block = block.id) AS visits,"
-        " (SELECT max(day) FROM visit WHERE block = block.id) AS last_day"
+        " (SELECT max(day) FROM visit_now WHERE block = block.id) AS last_day"
         " FROM block_now AS block JOIN standing USING (id) ORDER BY block.name",
     )
     return tuple(
@@ -78,7 +93,7 @@ def newest_blocks(database: Database) -> tuple[EntryId, ...]:
     found = rows(
         database,
         "SELECT coalesce(visit.block, standing.id) AS block"
-        " FROM standing LEFT JOIN visit ON visit.id = standing.id"
+        " FROM standing LEFT JOIN visit_now AS visit ON visit.id = standing.id"
         " WHERE standing.kind IN ('block', 'visit') GROUP BY 1 ORDER BY max(turn) DESC",
     )
     return tuple(row["block"] for row in found)
@@ -90,11 +105,28 @@ def visits(database: Database, block: EntryId) -> tuple[VisitSummary, ...]:
         database,
         "SELECT visit.id, visit.day, count(capture.id) AS captures,"
         " count(DISTINCT CASE capture.action WHEN 'accept' THEN capture.tag_id END) AS accepted"
-        " FROM visit LEFT JOIN capture_now AS capture ON capture.visit = visit.id"
-        " WHERE visit.block = ? GROUP BY visit.id ORDER BY visit.day",
+        " FROM visit_now AS visit JOIN entry ON entry.id = visit.id"
+        " LEFT JOIN capture_now AS capture ON capture.visit = visit.id"
+        " WHERE visit.block = ? GROUP BY visit.id ORDER BY visit.day, entry.turn",
         block,
     )
     return tuple(VisitSummary(**{**row, "day": date.fromisoformat(row["day"])}) for row in found)
+
+
+def day_corrections(database: Database, block: EntryId) -> dict[EntryId, DayCorrection]:
+    """The last word on each visit whose day was corrected."""
+    found = rows(
+        database,
+        "SELECT visit.id, visit.day, operator.name AS who, word.why"
+        " FROM visit JOIN visit_day_now AS said ON said.visit = visit.id"
+        " JOIN entry AS word ON word.id = said.id LEFT JOIN operator ON operator.id = word.who"
+        " WHERE visit.block = ?",
+        block,
+    )
+    return {
+        row["id"]: DayCorrection(date.fromisoformat(row["day"]), row["who"] or "", row["why"] or "")
+        for row in found
+    }
 
 
 def settings(
@@ -140,9 +172,8 @@ def tree_of_tags(database: Database, block: EntryId) -> dict[int, str]:
 
 def last_set_up(database: Database, device: EntryId, block: EntryId) -> EntryId | None:
     """This device's newest standing word on how a block is set up."""
-    words = " UNION ALL ".join(f"SELECT id, block FROM {table}" for table in SET_UP)
     sql = (
-        f"SELECT id FROM standing JOIN ({words}) AS word USING (id)"
+        f"SELECT id FROM standing JOIN ({' UNION ALL '.join(_SET_UP)}) AS word USING (id)"
         " WHERE word.block = ? AND device = ? ORDER BY turn DESC LIMIT 1"
     )
     found = rows(database, sql, block, device)

@@ -11,6 +11,7 @@ from typing import Any
 from sqlite_utils import Database
 
 from fieldcam.store.connection import rows
+from fieldcam.store.fruit_rows import CaliperSize
 from fieldcam.store.rows import EntryId
 
 
@@ -63,6 +64,20 @@ def caliper_sizes(database: Database, block: EntryId) -> tuple[MeasuredFruit, ..
     )
 
 
+def typed_sizes(database: Database, visit: EntryId, day: date) -> dict[EntryId, CaliperSize]:
+    """What was typed at the pictures of a visit while this was its day, by its row."""
+    found = rows(
+        database,
+        "SELECT size.id, size.block, size.tag_id, size.fruit, size.diameter_mm"
+        " FROM caliper_size_now AS size JOIN visit ON visit.block = size.block"
+        " WHERE visit.id = ? AND size.day = ? AND size.source IS NULL"
+        " AND size.tag_id IN (SELECT tag_id FROM capture_now WHERE visit = visit.id)",
+        visit,
+        day.isoformat(),
+    )
+    return {row.pop("id"): CaliperSize(day=day, **row) for row in found}
+
+
 def named_fruitlets(database: Database, block: EntryId) -> tuple[NamedFruitlet, ...]:
     """Those of pictures that are not to be taken again, by cluster and day.
 
@@ -75,7 +90,7 @@ def named_fruitlets(database: Database, block: EntryId) -> tuple[NamedFruitlet, 
         " JOIN reading ON reading.id = said.reading"
         " JOIN capture_now AS capture ON capture.id = reading.capture"
         " AND capture.reading = reading.id"
-        " JOIN visit ON visit.id = capture.visit"
+        " JOIN visit_now AS visit ON visit.id = capture.visit"
         " WHERE visit.block = ? AND capture.tag_id IS NOT NULL"
         " AND coalesce(capture.action, 'accept') = 'accept'"
         " AND NOT EXISTS (SELECT 1 FROM fruitlet_mark_now AS mark"

@@ -95,7 +95,7 @@ def unread_clusters(database: Database, block: EntryId) -> dict[date, int]:
     found = rows(
         database,
         "SELECT visit.day, count(DISTINCT coalesce(capture.tag_id, capture.id)) AS clusters"
-        " FROM capture_now AS capture JOIN visit ON visit.id = capture.visit"
+        " FROM capture_now AS capture JOIN visit_now AS visit ON visit.id = capture.visit"
         " WHERE visit.block = ? AND capture.reading IS NULL"
         " AND coalesce(capture.action, 'accept') = 'accept'"
         " GROUP BY visit.day ORDER BY visit.day",
@@ -114,7 +114,7 @@ def undecided_clusters(database: Database, block: EntryId) -> dict[date, int]:
         database,
         "SELECT day, count(*) AS clusters FROM ("
         " SELECT visit.day AS day FROM capture_now AS capture"
-        " JOIN visit ON visit.id = capture.visit"
+        " JOIN visit_now AS visit ON visit.id = capture.visit"
         " WHERE visit.block = ? AND capture.reading IS NOT NULL"
         " GROUP BY visit.day, coalesce(capture.tag_id, capture.id)"
         " HAVING max(capture.action IS NULL) AND NOT max(capture.action IS 'accept')"
@@ -152,7 +152,7 @@ def _accepted(database: Database, block: EntryId, tag_id: int | None) -> list[di
         " (SELECT cluster FROM target_correction_now WHERE reading = capture.reading) AS cluster,"
         " (SELECT living FROM count_now WHERE capture = capture.id) AS living,"
         f" ({_TARGET_AREA}) AS area_px"
-        " FROM capture_now AS capture JOIN visit ON visit.id = capture.visit"
+        " FROM capture_now AS capture JOIN visit_now AS visit ON visit.id = capture.visit"
         " WHERE visit.block = ? AND capture.action = 'accept'"
         f" AND capture.reading IS NOT NULL AND capture.tag_id IS NOT NULL{only}"
         " ORDER BY visit.day, capture.turn"
@@ -184,7 +184,7 @@ def _cluster_marks(
     """How many fruitlets no picture of a visit shows, by kind of mark."""
     sql = (
         "SELECT mark.tag_id, visit.day, mark.mark, sum(mark.count) AS fruitlets"
-        " FROM fruitlet_mark_now AS mark JOIN visit ON visit.id = mark.visit"
+        " FROM fruitlet_mark_now AS mark JOIN visit_now AS visit ON visit.id = mark.visit"
         " WHERE visit.block = ? AND coalesce(mark.tag_id = ?, 1)"
         " GROUP BY mark.tag_id, visit.day, mark.mark"
     )

@@ -85,7 +85,7 @@ def photographed_tags(database: Database, block: EntryId) -> tuple[int, ...]:
     """All clusters of a block of which there are pictures, rising."""
     sql = (
         "SELECT DISTINCT capture.tag_id FROM capture_now AS capture"
-        " JOIN visit ON visit.id = capture.visit WHERE visit.block = ?"
+        " JOIN visit_now AS visit ON visit.id = capture.visit WHERE visit.block = ?"
         " AND capture.tag_id IS NOT NULL AND capture.action IS NOT 'discard'"
         " ORDER BY capture.tag_id"
     )

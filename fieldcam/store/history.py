@@ -23,7 +23,7 @@ _CAPTURES = (
     " reading.tag_read, reading.software_version,"
     " (SELECT living FROM count_now WHERE capture = capture.id) AS living"
     " FROM capture_now AS capture"
-    " LEFT JOIN visit ON visit.id = capture.visit"
+    " LEFT JOIN visit_now AS visit ON visit.id = capture.visit"
     " LEFT JOIN decision ON decision.id = capture.decision"
     " LEFT JOIN reading ON reading.id = capture.reading"
 )

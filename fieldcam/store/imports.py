@@ -41,7 +41,8 @@ def known_pairs(database: Database, left: str, right: str) -> tuple[KnownPair, .
         database,
         "SELECT capture.id, capture.action, capture.reading, capture.tag_expected,"
         " visit.day, block.name FROM capture_now AS capture"
-        " LEFT JOIN visit ON visit.id = capture.visit LEFT JOIN block ON block.id = visit.block"
+        " LEFT JOIN visit_now AS visit ON visit.id = capture.visit"
+        " LEFT JOIN block ON block.id = visit.block"
         " WHERE capture.left_file = ? AND capture.right_file = ? ORDER BY capture.turn",
         left,
         right,

@@ -96,7 +96,7 @@ def _owners(database: Database) -> dict[EntryId | None, str]:
     others = {row["id"]: f"a {row['role'].replace('_', ' ')}" for row in rows(database, sql)}
     sql = (
         "SELECT capture.id, capture.tag_id, coalesce(visit.day, capture.taken_at) AS day"
-        " FROM capture_now AS capture LEFT JOIN visit ON visit.id = capture.visit"
+        " FROM capture_now AS capture LEFT JOIN visit_now AS visit ON visit.id = capture.visit"
     )
     return others | {row["id"]: _picture(row["tag_id"], row["day"]) for row in rows(database, sql)}
 

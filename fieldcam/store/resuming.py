@@ -72,7 +72,7 @@ def resume(database: Database, visit: EntryId | None = None) -> Resumption | Non
     """The visit that was walked last and not ended, or the named one."""
     where = "visit.id = ?" if visit else f"? IS NULL AND NOT EXISTS ({_ENDED})"
     sql = (
-        "SELECT visit.* FROM visit JOIN entry USING (id)"
+        "SELECT visit.* FROM visit_now AS visit JOIN entry USING (id)"
         f" WHERE {where} ORDER BY ({_LAST_TURN}) DESC LIMIT 1"
     )
     found = rows(database, sql, visit)

@@ -210,7 +210,7 @@ class Store:
 
     def visit(self, block: EntryId, day: date) -> EntryId:
         """The block's visit of this day, made when it is new."""
-        where = "block = ? AND day = ?"
+        where = "id IN (SELECT id FROM visit_now WHERE block = ? AND day = ?)"
         return self._known_or_new(Visit(block, day), where, block, day.isoformat())
 
     def close(self) -> None:

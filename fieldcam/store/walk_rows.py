@@ -47,6 +47,15 @@ class Visit(Row):
 
 
 @dataclass(frozen=True, slots=True)
+class VisitDay(Row):
+    """Corrects the day of a visit; the last such row counts."""
+
+    table: ClassVar[str] = "visit_day"
+    visit: EntryId
+    day: date
+
+
+@dataclass(frozen=True, slots=True)
 class Capture(Row):
     """A pair of image files; see RawPair for the camera's facts."""
 

@@ -131,12 +131,12 @@ def expectation(database: Database, visit: EntryId, tag_id: int) -> Expectation:
 
     Fruitlets that were hidden then are alive, so they are expected now.
     """
-    here = row_of(database, "visit", visit)
+    here = row_of(database, "visit_now", visit)
     found = rows(
         database,
         "SELECT visit.id,"
         " max((SELECT living FROM count_now WHERE capture = capture.id)) AS living"
-        " FROM visit JOIN capture_now AS capture ON capture.visit = visit.id"
+        " FROM visit_now AS visit JOIN capture_now AS capture ON capture.visit = visit.id"
         " WHERE visit.block = ? AND visit.day < ? AND capture.tag_id = ?"
         " AND capture.id IN (SELECT capture FROM tag_candidate WHERE tag_id = ?)"
         " AND capture.action = 'accept' GROUP BY visit.id ORDER BY visit.day DESC LIMIT 1",

@@ -25,14 +25,14 @@ from fieldcam.session.commands import Walk
 from fieldcam.session.setting_up import SetUp
 from fieldcam.session.state import Stage, WalkState
 from fieldcam.store.rows import EntryId
-from fieldcam.tui import answers, themes
+from fieldcam.tui import themes
 from fieldcam.tui.aim_screen import AimScreen
 from fieldcam.tui.asking import AskYes, Notice
 from fieldcam.tui.block_screen import BlockScreen
 from fieldcam.tui.cluster_screen import ClusterScreen
+from fieldcam.tui.day_questions import DayQuestions
 from fieldcam.tui.device_screen import DeviceScreen
 from fieldcam.tui.ending import EndableApp
-from fieldcam.tui.forms import AskForm, Field
 from fieldcam.tui.growth_screen import GrowthScreen, KnownBlocks
 from fieldcam.tui.help_screen import HelpScreen
 from fieldcam.tui.keys import KeyCommand, key_commands
@@ -66,7 +66,7 @@ OF_THE_WALK = (
     "restart_analysis",
 )
 WITHOUT_ROOM = ("quit", "end", "help", "help_quit")
-DAY = Field("Day, such as 2026-05-19")
+CALENDAR_EVERY_S = 20.0
 USUAL_LOOK = Look()
 Subject = tuple[int | None, EntryId | None, Stage | None]
 """A tag, its picture, and how far that is."""
@@ -141,6 +141,11 @@ class FieldcamApp(EndableApp[None]):
         """What the Growth screen has followed so far."""
         self._doubted: tuple[AskYes, Subject] | None = None
         """The question that is open, and what it is about."""
+        self._days = (
+            None if setup is None else DayQuestions(self, setup, self._open_visit, self._tell)
+        )
+        self._first_news: News | None = None
+        """What the next walk begins with."""
         self._tricks = tuple(tricks)
         self.log_lines: deque[str] = deque(lines, maxlen=LOG_LINES)
         for theme in themes.ALL:
@@ -148,6 +153,7 @@ class FieldcamApp(EndableApp[None]):
         self.theme = look.theme
 
     def on_mount(self) -> None:
+        self.set_interval(CALENDAR_EVERY_S, self._look_at_the_calendar)
         self.set_keymap({"shoot": shutter_keys()})
         if self._setup is None or self._setup.visit is not None:
             self._begin_walk()
@@ -173,6 +179,8 @@ class FieldcamApp(EndableApp[None]):
             self._show(event.state)
         elif isinstance(event, events.Doubted):
             self._ask(event)
+        elif isinstance(event, events.DayDoubted):
+            self._ask_once_the_day_is_over()
         elif isinstance(event, events.Previewed):
             if isinstance(self.screen, AimScreen):
                 self.screen.look(event)
@@ -197,14 +205,12 @@ class FieldcamApp(EndableApp[None]):
     def action_walk(self) -> None:
         """The walk of the block that is set up; where the day is doubtful it is asked for."""
         setup = self._setup
-        if setup is None:
+        if setup is None or self._days is None:
             self._back_to_walk()
         elif setup.block is None:
             self._tell(News("Choose a block first, or make one.", bad=True))
-        elif setup.visit is None and (doubt := setup.doubt()) is not None:
-            self._ask_for_day(setup, doubt)
         elif setup.visit is None:
-            self._open_visit(setup, setup.today())
+            self._days.before_a_visit()
         elif setup.visit != self._visit:
             self._change_walk()
         else:
@@ -312,6 +318,9 @@ class FieldcamApp(EndableApp[None]):
             self._visit = self._setup.visit
             if self._setup.operator is None:
                 Questions(self, self._setup, self._setup.state(), self._change).operator()
+        if self._first_news is not None:
+            self.call_after_refresh(self._tell, self._first_news)
+            self._first_news = None
 
     def _back_to_walk(self) -> None:
         while self.walk is not None and not isinstance(self.screen, WalkScreen):
@@ -319,23 +328,22 @@ class FieldcamApp(EndableApp[None]):
         if self.walk is not None:
             self.walk.refresh()
 
-    def _ask_for_day(self, setup: SetUp, doubt: str) -> None:
-        """Whatever the answer, pictures can be taken: the visit has the day that is given."""
+    def _look_at_the_calendar(self) -> None:
+        """The app may be left open over days, with the lid closed; what is typed is let be."""
+        if isinstance(self.screen, Frame):
+            self._ask_once_the_day_is_over()
 
-        def answered(yes: bool | None) -> None:
-            if yes:
-                self._open_visit(setup, setup.today())
-            else:
-                self.push_screen(AskForm("Which day is it?", [DAY], answers.day), given)
+    def _ask_once_the_day_is_over(self) -> None:
+        if self._days is not None:
+            self._days.once_the_day_is_over()
 
-        def given(day: date | None) -> None:
-            self._open_visit(setup, day or setup.today())
-
-        self.push_screen(AskYes(doubt), answered)
-
-    def _open_visit(self, setup: SetUp, day: date) -> None:
+    def _open_visit(self, day: date, first_news: News | None = None) -> None:
+        """A walk of this day; it begins with the news."""
+        if self._setup is None:
+            return
+        self._first_news = first_news
         try:
-            setup.open_visit(day)
+            self._setup.open_visit(day)
         except StorageError as error:
             self._hear(events.StorageTrouble(error))
         else:

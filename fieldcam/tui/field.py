@@ -34,6 +34,6 @@ def walk_field(path: Path, models: Models | None, problems: Sequence[str] = ()) 
 
         def start(listener: Listener) -> LiveWalk:
             assert setup.visit is not None  # the app asks for a walk only where one is set up
-            return rig.walk(store, setup.visit, listener)
+            return rig.walk(store, setup.visit, listener, setup)
 
         run(start, [*problems, *found], models=models, setup=setup)

@@ -24,7 +24,7 @@ from fieldcam.store.rows import EntryId
 from fieldcam.tui import answers
 from fieldcam.tui.asking import AskYes
 from fieldcam.tui.forms import AskChoice, AskForm, Field
-from fieldcam.tui.setup_telling import Subject, spray_line, tree_line
+from fieldcam.tui.setup_telling import Subject, spray_line, tree_line, visit_line
 
 Change = Callable[[], str]
 """Writes something, and says what."""
@@ -61,6 +61,7 @@ class Questions:
             Subject.BLOOM: self.bloom,
             Subject.TARGET: self.target,
             Subject.SPRAYS: self.sprays,
+            Subject.VISITS: self.visits,
             Subject.ROUTE: self.route,
         }[subject]()
 
@@ -145,6 +146,28 @@ class Questions:
 
         lines = [f"{spray_line(spray)}   (Enter, then Y, strikes it out)" for spray in known]
         self._choose("Sprays", lines, "A new spray", strike, another)
+
+    def visits(self) -> None:
+        """Which one, and which day it was."""
+        known, said = self.state.visits, self.state.corrections
+
+        def chosen(index: int | None) -> None:
+            if index is None:
+                return
+            visit = known[index]
+
+            def change(day: str, why: str) -> Change:
+                corrected = answers.day(day)
+                return partial(self.setup.correct_day, visit.id, corrected, answers.words(why))
+
+            fields = [
+                Field("Day", visit.day.isoformat(), answers.day),
+                Field("Why, if you like"),
+            ]
+            self._form(f"The visit of {visit.day} was on:", fields, change)
+
+        lines = [visit_line(visit, said.get(visit.id)) for visit in known]
+        self.app.push_screen(AskChoice("Which visit has the wrong day?", lines), chosen)
 
     def route(self) -> None:
         def change(path: str) -> Change:

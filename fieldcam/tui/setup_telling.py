@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from fieldcam.session.setting_up import SetUpState, TreeFacts
-from fieldcam.store.blocks import BlockSummary, SprayRecord
+from fieldcam.store.blocks import BlockSummary, DayCorrection, SprayRecord, VisitSummary
 from fieldcam.store.orchard_rows import Setting
 from fieldcam.words import number_of
 
@@ -25,6 +25,7 @@ class Subject(StrEnum):
     BLOOM = "Bloom clusters on a tree"
     TARGET = "Apples a tree should carry"
     SPRAYS = "Sprays"
+    VISITS = "Days of its visits"
     ROUTE = "Route"
 
 
@@ -47,13 +48,14 @@ def lines(state: SetUpState) -> tuple[Line, ...]:
         Subject.BLOOM: _bloom(state),
         Subject.TARGET: _number(state.number(Setting.TARGET_FRUIT_PER_TREE)),
         Subject.SPRAYS: _sprays(state),
+        Subject.VISITS: _visits(state),
         Subject.ROUTE: _route(state),
     }
     return tuple(
         Line(
             subject,
             f" {subject:<{WIDTH}}{value}",
-            state.block is not None or subject in (Subject.OPERATOR, Subject.BLOCK),
+            _alive(state, subject),
         )
         for subject, value in values.items()
     )
@@ -63,6 +65,15 @@ def facts_line(block: BlockSummary) -> str:
     """What is known of a block."""
     season = str(block.season) if block.season else ""
     return ", ".join(filter(None, [block.orchard, block.variety, season])) or UNKNOWN
+
+
+def visit_line(visit: VisitSummary, correction: DayCorrection | None = None) -> str:
+    """With what it was before, who said so and why."""
+    line = f"{visit.day}  {number_of(visit.captures, 'picture')}"
+    if correction is None:
+        return line
+    who, why = correction.who and f" ({correction.who})", correction.why and f": {correction.why}"
+    return f"{line}   was {correction.given}{who}{why}"
 
 
 def spray_line(spray: SprayRecord) -> str:
@@ -87,6 +98,20 @@ def _sprays(state: SetUpState) -> str:
     if not state.sprays:
         return "none"
     return f"{len(state.sprays)}, last {spray_line(state.sprays[-1])}"
+
+
+def _alive(state: SetUpState, subject: Subject) -> bool:
+    """Without a block, or a visit, there is nothing to say of it."""
+    if subject is Subject.VISITS:
+        return bool(state.visits)
+    return state.block is not None or subject in (Subject.OPERATOR, Subject.BLOCK)
+
+
+def _visits(state: SetUpState) -> str:
+    if not state.visits:
+        return "none"
+    corrected = f", {len(state.corrections)} corrected" if state.corrections else ""
+    return f"{len(state.visits)}, last {state.visits[-1].day}{corrected}"
 
 
 def _route(state: SetUpState) -> str:

@@ -46,8 +46,10 @@ class Rig:
     calibration: OwnCalibration | None = None
     """Goes with each picture; None where `setup` describes the camera."""
 
-    def walk(self, store: Store, visit: EntryId, listener: Listener) -> LiveWalk:
-        """A walk of this visit, begun."""
+    def walk(
+        self, store: Store, visit: EntryId, listener: Listener, setup: SetUp | None = None
+    ) -> LiveWalk:
+        """A walk of this visit, begun; with a `setup` the clock says which day it is."""
         log = store.folder.path / "logs" / "analysis.log"
         return LiveWalk(
             store,
@@ -57,6 +59,7 @@ class Rig:
             listener,
             self.deadline_s,
             self.calibration,
+            *(() if setup is None else (setup.day_question,)),
         )
 
 
