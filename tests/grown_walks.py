@@ -31,7 +31,7 @@ def grown_field(folder: Path) -> Path:
     return folder
 
 
-def photograph(walk: MadeWalk, visit: str, tag_id: int, sizes: Sequence[float]) -> None:
+def photograph(walk: MadeWalk, visit: str, tag_id: int, sizes: Sequence[float | None]) -> None:
     capture = walk.take(visit, tag_id).key
     reading = made_view("", ring(sizes)).reading
     assert isinstance(reading.tag, TagPose)

@@ -17,10 +17,10 @@ from fieldcam.analysis.status import State
 from fieldcam.analysis.status import Status as AnalysisStatus
 from fieldcam.calibration.stored_drift import TagSizes
 from fieldcam.session.battery import Battery
+from fieldcam.session.days import cluster_days
 from fieldcam.session.events import Refused
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.days import cluster_days
 from fieldcam.store.judgement_rows import Action, Decision, FruitletMark, MarkKind, Note, Skip
 from fieldcam.store.space import Space
 from fieldcam.store.walks import ClusterState
@@ -310,7 +310,7 @@ def test_growth_is_told_as_exactly_as_it_can_be(past: Past) -> None:
     alike = replace(first, day=second.day)
     assert list(day_lines([first, alike]))[3] == "23 May  5: 11.00 mm, +0.00 a day"
     assert list(day_lines([first, first]))[3] == "21 May  5: 11.00 mm"
-    unseen = replace(second, pictures=(), marks=())
+    unseen = replace(second, counted=(), sizes_mm=(), marks=())
     assert list(day_lines([first, unseen]))[3:] == ["23 May  no accepted picture"]
 
 

@@ -8,13 +8,14 @@ from pathlib import Path
 import pytest
 from called_commands import Capture, assert_one_sentence, run
 from checked_pages import words_of
-from grown_walks import DAYS, LATER_DAYS, grown_field
+from grown_walks import DAYS, LATER_DAYS, grown_field, photograph
 from planned_blocks import Measuring, measured_block
 from stored_walks import MadeWalk, raw_pair, small_store
 
 from fieldcam.errors import ExitCode
 from fieldcam.exchange.calipers import wide_table
 from fieldcam.growth.records import Source
+from fieldcam.session.days import block_days, cluster_days
 from fieldcam.simulator.plan import Block as PlannedBlock
 from fieldcam.store.judgement_rows import Action, Decision
 from fieldcam.store.orchard_rows import Block
@@ -39,6 +40,38 @@ def test_a_stored_block_is_forecast(
     assert (found["block"], found["from"], found["to"]) == ("North", *map(str, DAYS))
     assert (found["initial"], found["persist"]) == (8, persist)
     assert found["notes"] == []
+
+
+SECOND_VIEWS = {
+    "larger": (12.4, 9.3, 9.9, 9.2),
+    "smaller": (11.6, 8.7, 9.1, 8.5),
+    "mixed": (12.4, 8.7, 9.9, 8.5),
+    "unsized": (12.4, None, 9.9, None),
+    "more": (12.4, 9.3, 9.9, 9.2, 7.7, 8.1),
+    "fewer": (12.4, 9.3, 9.9),
+}
+
+
+@pytest.mark.parametrize("name", SECOND_VIEWS)
+def test_block_and_cluster_have_the_sizes_behind_the_forecast(
+    capsys: Capture, field: Path, name: str
+) -> None:
+    """Two pictures of one visit: each fruitlet's larger size, on the screens as in growth."""
+    with small_store(field) as store:
+        walk = MadeWalk(store)
+        photograph(walk, walk.visit(LATER_DAYS), 11, SECOND_VIEWS[name])
+        (block,) = block_days(store.database, walk.block)[1:]
+        of_clusters = [cluster_days(store.database, walk.block, tag)[1] for tag in (11, 12)]
+    _, out, _ = run(capsys, "growth", "--data", field, "--json")
+    day = str(DAYS[1])
+    sizes = sorted(
+        each["sizes_mm"][day] for each in json.loads(out)["fruitlets"] if day in each["sizes_mm"]
+    )
+    assert list(block.sizes_mm) == pytest.approx(sizes, abs=0.005)
+    shown = sorted(size for each in of_clusters for size in each.sizes_mm)
+    assert shown == list(block.sizes_mm)
+    assert [len(each.counted) for each in of_clusters] == [2, 1]
+    assert of_clusters[0].fruitlets == len(of_clusters[0].sizes_mm)
 
 
 def test_without_a_name_it_is_the_newest_block_with_two_visits(

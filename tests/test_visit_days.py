@@ -15,12 +15,12 @@ from stored_walks import FIRST_DAY, MadeWalk, small_store
 from fieldcam.growth.places import Association
 from fieldcam.growth.visits import visits_of
 from fieldcam.session.block_growth import block_record, known_clusters
+from fieldcam.session.days import block_days, cluster_days
 from fieldcam.session.growing import block_rows
 from fieldcam.session.setting_up import SetUp
 from fieldcam.store.blocks import block_named, day_corrections, visits
 from fieldcam.store.calipers import caliper_sizes, measured_twice, named_fruitlets
 from fieldcam.store.connection import rows
-from fieldcam.store.days import block_days, cluster_days
 from fieldcam.store.fruit_rows import CaliperSize
 from fieldcam.store.resuming import resume
 from fieldcam.store.store import Store

@@ -132,6 +132,17 @@ def capture_record(database: Database, capture: EntryId) -> CaptureRecord | None
     return _record(database, found[0]) if found else None
 
 
+def photographed_tags(database: Database, block: EntryId) -> tuple[int, ...]:
+    """All clusters of a block of which there are pictures, rising."""
+    sql = (
+        "SELECT DISTINCT capture.tag_id FROM capture_now AS capture"
+        " JOIN visit ON visit.id = capture.visit WHERE visit.block = ?"
+        " AND capture.tag_id IS NOT NULL AND capture.action IS NOT 'discard'"
+        " ORDER BY capture.tag_id"
+    )
+    return tuple(row["tag_id"] for row in rows(database, sql, block))
+
+
 def cluster_marks(database: Database, block: EntryId, tag_id: int) -> tuple[ClusterMark, ...]:
     """Marks on a cluster as a whole, the earliest first."""
     sql = (

@@ -11,8 +11,8 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import OptionList, Static
 from textual.widgets.option_list import Option
 
+from fieldcam.session.days import BlockDay, block_days
 from fieldcam.session.state import WalkState
-from fieldcam.store.days import BlockDay, block_days
 from fieldcam.store.durations import LONGEST_S
 from fieldcam.store.walks import ClusterState, Stop
 from fieldcam.tui.histogram import histogram

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from statistics import mean
 
-from fieldcam.store.days import ClusterDay
+from fieldcam.session.days import ClusterDay
 from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
 from fieldcam.store.history import CaptureRecord, ReadingSummary
 from fieldcam.store.judgement_rows import (
@@ -86,11 +87,10 @@ def word_line(word: Word, places: Mapping[EntryId, int], readings: Readings) -> 
 
 
 def _counted(day: ClusterDay) -> str:
-    if day.counted is None or day.counted.reading is None:
+    if not day.counted:
         return "no accepted picture"
-    living = day.counted.reading.living
     sizes = day.sizes_mm
-    return f"{living}: {mean(sizes):.2f} mm" if sizes else f"{living}: no sizes"
+    return f"{day.fruitlets}: {mean(sizes):.2f} mm" if sizes else f"{day.fruitlets}: no sizes"
 
 
 def _growth(before: ClusterDay, day: ClusterDay) -> str:
@@ -108,14 +108,15 @@ def _sizes(day: ClusterDay) -> list[str]:
 
 
 def _marks(day: ClusterDay) -> list[str]:
-    """Those on the cluster, then those on fruitlets of the picture that counts."""
+    """Those on the cluster, then those on fruitlets of the pictures that count."""
     found = [f"{mark.count} {MARKED[mark.mark]}" for mark in day.marks]
-    reading = None if day.counted is None else day.counted.reading
-    if reading is not None:
-        marks = [mark for fruitlet in reading.fruitlets for mark in fruitlet.marks]
-        marks += [MarkKind.ADDED_BY_HAND] * len(reading.by_hand_mm)
-        found += [f"{marks.count(mark)} {MARKED[mark]}" for mark in dict.fromkeys(marks)]
-    return found
+    most: Counter[MarkKind] = Counter()
+    for picture in day.counted:
+        if (reading := picture.reading) is not None:
+            marks = Counter(mark for fruitlet in reading.fruitlets for mark in fruitlet.marks)
+            # Two pictures show the same fruitlets.
+            most |= marks + Counter({MarkKind.ADDED_BY_HAND: len(reading.by_hand_mm)})
+    return [*found, *(f"{count} {MARKED[mark]}" for mark, count in most.items())]
 
 
 def _said(saying: Saying, readings: Readings) -> str:

@@ -12,8 +12,8 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 
 from fieldcam.session.commands import Walk
+from fieldcam.session.days import cluster_days
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.store.days import cluster_days
 from fieldcam.tui.asking import AskText
 from fieldcam.tui.at_cluster import AtCluster
 from fieldcam.tui.banner_view import BannerView

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from stored_walks import FIRST_DAY, MadeWalk, raw_pair, small_store
 
+from fieldcam.session.days import block_days, cluster_days
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.days import block_days, cluster_days
 from fieldcam.store.history import capture_record
 from fieldcam.store.judgement_rows import (
     Action,
@@ -40,7 +40,7 @@ def retake(walk: MadeWalk, visit: str, first: SavedCapture) -> str:
     return again
 
 
-def test_the_sizes_of_a_day_are_those_of_the_accepted_picture(walk: MadeWalk) -> None:
+def test_the_sizes_of_a_day_are_those_of_the_accepted_pictures(walk: MadeWalk) -> None:
     visit, later = walk.visit(), walk.visit(2)
     walk.read(walk.take(visit, 11).key, 11, 7)
     few, many = walk.accept(visit, 11, 3), walk.accept(visit, 11, 5)
@@ -48,18 +48,17 @@ def test_the_sizes_of_a_day_are_those_of_the_accepted_picture(walk: MadeWalk) ->
     walk.take(later, 11)
     first, second = cluster_days(walk.store.database, walk.block, 11)
     assert (first.day, len(first.pictures), len(second.pictures)) == (FIRST_DAY, 3, 1)
-    assert first.counted is not None
-    assert first.counted.id == many != few
+    assert [picture.id for picture in first.counted] == [few, many]
     assert first.sizes_mm == (9.0, 10.0, 11.0, 12.0, 13.0)
-    assert (second.counted, second.sizes_mm) == (None, ())
+    assert (second.counted, second.sizes_mm) == ((), ())
 
 
-def test_of_equal_counts_the_last_picture_counts(walk: MadeWalk) -> None:
+def test_of_equal_pictures_the_last_two_count(walk: MadeWalk) -> None:
     visit = walk.visit()
     walk.accept(visit, 11)
-    last = walk.accept(visit, 11)
+    last = [walk.accept(visit, 11) for _ in range(2)]
     (day,) = cluster_days(walk.store.database, walk.block, 11)
-    assert day.counted is not None and day.counted.id == last
+    assert [picture.id for picture in day.counted] == last
 
 
 def test_what_is_struck_has_no_size_and_what_is_added_has_one(walk: MadeWalk) -> None:
@@ -75,9 +74,10 @@ def test_what_is_struck_has_no_size_and_what_is_added_has_one(walk: MadeWalk) ->
     )
     (day,) = cluster_days(walk.store.database, walk.block, 11)
     assert day.sizes_mm == (9.5, 10.0, 11.0)
-    assert day.counted is not None and day.counted.reading is not None
-    assert day.counted.reading.by_hand_mm == (9.5, None, None)
-    assert day.counted.reading.living == 5
+    (picture,) = day.counted
+    assert picture.reading is not None
+    assert picture.reading.by_hand_mm == (9.5, None, None)
+    assert picture.reading.living == day.fruitlets == 5
 
 
 def test_the_last_king_is_the_king_until_it_is_undone(walk: MadeWalk) -> None:
