@@ -22,7 +22,13 @@ import numpy as np
 import numpy.typing as npt
 
 from export.render_orchard import TUNING, render_tuning
-from fieldcam.calibration.drift import row_disagreement_px, tag_disparity_px, tag_size_error
+from fieldcam.calibration.drift import (
+    DRIFT_SIZE,
+    row_disagreement_px,
+    size_off,
+    tag_disparity_px,
+    tag_size_error,
+)
 from fieldcam.calibration.readers import load_rectified
 from fieldcam.exchange.images import read_image, read_pair
 from fieldcam.models import find_models
@@ -75,7 +81,7 @@ BEYOND: dict[str, Callable[[float], bool]] = {
     "tag_blur_px": lambda v: v > judging.MOST_TAG_BLUR_PX,
     "edge_blur_px": lambda v: v > judging.MOST_EDGE_BLUR_PX,
     "tag_rows_px": lambda v: v > judging_eyes.DRIFT_ROWS_PX,
-    "tag_size_off": lambda v: v > judging_eyes.DRIFT_SIZE,
+    "tag_size_off": lambda v: v > DRIFT_SIZE,
     "tag_disparity_px": lambda v: v < 0,
     "found_share": lambda v: v < judging_eyes.LEAST_FOUND,
     "swapped_share": lambda v: v > judging_eyes.SWAPPED_SHARE,
@@ -184,7 +190,7 @@ def measures(
         other = find_in_right(detect_tags, right, tag, calibration)
         found["right_tag_read"] = float(other is not None)
         if other is not None:
-            found["tag_size_off"] = judging_eyes.size_off(tag_size_error((tag, other), calibration))
+            found["tag_size_off"] = size_off(tag_size_error((tag, other), calibration))
             found["tag_rows_px"] = row_disagreement_px([(tag, other)]) or 0.0
             found["tag_disparity_px"] = tag_disparity_px((tag, other))
     eyes = match_eyes(left, right, region)

@@ -30,7 +30,8 @@ READING_SCHEMA_VERSION = 1
 """Raised by one whenever the stored form of a ClusterReading changes."""
 
 TAG_SIZE_MM = 27.95
-"""Side of the black border of the authors' printed tag36h11."""
+"""Side of the black border of the authors' printed tag36h11; of a block's cards where it says
+nothing else."""
 
 HIGHEST_TAG_ID = 586
 """Of the family tag36h11."""
@@ -349,6 +350,9 @@ class ClusterReading:
     expectation: Expectation
     faint_px: tuple[tuple[float, float], ...] = ()
     """Middles (x, y) of what may be a fruitlet, but did not look enough like one."""
+    tag_size_error: float | None = None
+    """(measured - printed) / printed side of the tag by triangulation; None where not both eyes
+    saw it, or an early version read the picture."""
     timing_ms: dict[str, float] = field(default_factory=dict)
     models: dict[str, str] = field(default_factory=dict)
     """SHA-256 of each network's file, by its role."""

@@ -36,7 +36,7 @@ from fieldcam.errors import (
 )
 from fieldcam.exchange.capture_folder import read_capture_folder
 from fieldcam.exchange.images import read_image
-from fieldcam.session.importing import Outcome, import_pairs
+from fieldcam.session.importing import ImportTerms, Outcome, import_pairs
 from fieldcam.session.intake import Fate
 from fieldcam.store.blocks import blocks, visits
 from fieldcam.store.captures import SavedCapture
@@ -384,7 +384,9 @@ def test_a_file_that_is_not_the_listed_one_is_skipped(
         f"18_1_{eye}.png is not here, and {name} lists it." for eye in ("left", "right")
     ]
     outcomes = list(
-        import_pairs(store, Block("North"), FakeAnalyst(), found.captures, found.checksums)
+        import_pairs(
+            store, Block("North"), FakeAnalyst(), found.captures, ImportTerms(found.checksums)
+        )
     )
     assert fates(outcomes) == {"added": 1, "skipped": 1}
     assert outcomes[0].problem.startswith(f"17_1_left.png is not the file that {name} lists")

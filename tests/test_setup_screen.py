@@ -435,6 +435,24 @@ def test_the_calendar_takes_no_letters_from_what_is_typed(north: SetUp, clock: C
     drive(SMALL, script, setup=north)
 
 
+def test_the_size_of_the_cards_is_set_up(north: SetUp) -> None:
+    """A walk that has begun begins anew: its previews are looked at for other cards."""
+
+    async def script(driven: Driven) -> None:
+        await driven.press("e")
+        await choose(driven, Subject.TAGS)
+        await driven.type("3")
+        assert "A tag's black square has sides of 5 to 200 mm." in driven.text
+        await driven.type("30")
+        assert "Side of a tag's square, mm  30" in driven.text
+        await driven.press("escape")
+        assert isinstance(driven.app.screen, WalkScreen)
+        assert (driven.started, driven.walk.asked) == (2, [("close",)])
+
+    drive(SMALL, script, setup=north)
+    assert north.state().number(Setting.TAG_SIZE_MM) == 30.0
+
+
 def test_the_day_of_a_visit_is_corrected(north: SetUp, store: Store) -> None:
     async def script(driven: Driven) -> None:
         await driven.press("e")

@@ -12,6 +12,7 @@ from fieldcam.exchange.holes import torn_eyes
 from fieldcam.exchange.image_formats import RAW_SUFFIXES
 from fieldcam.exchange.images import decode_image
 from fieldcam.store.captures import SavedCapture, load_raw
+from fieldcam.store.lookups import cards_of
 from fieldcam.store.raw_images import decode_raw
 from fieldcam.values import Calibration, ClusterReading, Expectation, ImageU8, Settings
 from fieldcam.vision.pipeline import Pipeline
@@ -35,7 +36,13 @@ class DirectAnalyst:
         pair = replace(develop(raw), torn=torn_eyes(files))
         camera = self._camera_of(saved, pair.size_px)
         pair = camera.rectify(pair)
-        return self._pipeline.analyse(pair, camera.calibration, expectation, self._settings)
+        settings = self._settings_of(saved)
+        return self._pipeline.analyse(pair, camera.calibration, expectation, settings)
+
+    def _settings_of(self, saved: SavedCapture) -> Settings:
+        """The cards are those of the picture's block."""
+        size_mm = cards_of(saved.record, saved.key)
+        return self._settings if size_mm is None else replace(self._settings, tag_size_mm=size_mm)
 
     def _camera_of(self, saved: SavedCapture, size_px: tuple[int, int]) -> Camera:
         if saved.calibration is not None:

@@ -17,6 +17,13 @@ from fieldcam.values import TAG_SIZE_MM, Calibration, TagPose
 
 Corners = npt.NDArray[np.float64]
 
+TAG_SIZE_BIAS = -0.0055
+"""White grows into black by the camera's gamma, also with a perfect calibration."""
+BLEEDING = 0.015
+"""How much farther it grows in bright or soft pictures; the tag then looks smaller."""
+DRIFT_SIZE = 0.02
+"""A size that is farther off is no accident; those of fruitlets are off by as much."""
+
 TagMatch = tuple[TagPose, TagPose]
 """The same tag in the left and in the right image."""
 
@@ -64,6 +71,14 @@ def tag_size_error(
     """
     measured_mm = measured_tag_size_mm(match, calibration)
     return None if measured_mm is None else measured_mm / tag_size_mm - 1.0
+
+
+def size_off(size_error: float | None) -> float:
+    """How far the tag's triangulated size is off, less what bleeding light explains."""
+    if size_error is None:
+        return 1.0
+    off = size_error - TAG_SIZE_BIAS
+    return off if off > 0 else max(-off - BLEEDING, 0.0)
 
 
 def row_disagreement_px(matches: Sequence[TagMatch]) -> float | None:

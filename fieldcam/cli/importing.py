@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from fieldcam.cli.analyst import open_analyst
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, name
+from fieldcam.cli.card_size import add_tag_size
 from fieldcam.cli.console import emit, emit_json, narrate
 from fieldcam.cli.networks import checked_models
 from fieldcam.cli.progress import progress
@@ -43,6 +44,7 @@ def register(commands: Subparsers[Parser]) -> None:
         help="accept pictures that ask a question too; the forecast then judges by what they"
         " show which fruitlets have fallen",
     )
+    add_tag_size(parser)
     add_json(parser)
 
 
@@ -76,7 +78,7 @@ def _import(arguments: argparse.Namespace) -> None:
 
 
 def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[Outcome]:
-    from fieldcam.session.importing import import_pairs
+    from fieldcam.session.importing import ImportTerms, import_pairs
     from fieldcam.store.folder import DataKind, data_path
     from fieldcam.store.orchard_rows import Block
     from fieldcam.store.store import open_store
@@ -84,9 +86,8 @@ def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[O
     path = data_path(arguments.data)
     with open_store(path, DataKind.FIELD) as store, open_analyst(None, path, path) as analyst:
         accepting = (Status.ACCEPT, Status.CONFIRM)[: 2 if arguments.accept_confirm else 1]
-        yield from import_pairs(
-            store, Block(arguments.block), analyst, found.captures, found.checksums, accepting
-        )
+        terms = ImportTerms(found.checksums, accepting, arguments.tag_size_mm)
+        yield from import_pairs(store, Block(arguments.block), analyst, found.captures, terms)
 
 
 def _problems(found: CaptureFolder, outcomes: Sequence[Outcome]) -> tuple[FolderProblem, ...]:

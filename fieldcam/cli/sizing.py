@@ -11,14 +11,13 @@ from fieldcam.cli.arguments import (
     add_command,
     add_json,
     count,
-    positive_number,
     tag_id,
 )
+from fieldcam.cli.card_size import add_block_of_cards, add_tag_size, tag_size_of
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import checked_models
 from fieldcam.models import Models
 from fieldcam.values import (
-    TAG_SIZE_MM,
     Calibration,
     ClusterReading,
     Expectation,
@@ -46,13 +45,8 @@ def register(commands: Subparsers[Parser]) -> None:
         "--rectify", action="store_true", help="the images are raw: rectify them first"
     )
     size.add_argument("--tag", type=tag_id, metavar="ID", help="the tag that is expected here")
-    size.add_argument(
-        "--tag-size-mm",
-        type=positive_number,
-        default=TAG_SIZE_MM,
-        metavar="MM",
-        help="side of the tag's black square (%(default)s)",
-    )
+    add_tag_size(size)
+    add_block_of_cards(size)
     size.add_argument(
         "--expect", type=count, metavar="N", help="how many fruitlets were counted last visit"
     )
@@ -86,7 +80,7 @@ def _size(arguments: argparse.Namespace) -> None:
     pair, calibration = _load(arguments)
     models = checked_models(arguments.data)
     settings = Settings(
-        arguments.method, arguments.stereo, arguments.whole_image, arguments.tag_size_mm
+        arguments.method, arguments.stereo, arguments.whole_image, tag_size_of(arguments)
     )
     expectation = Expectation(arguments.tag, arguments.expect)
     reading = Pipeline.from_models(models).analyse(pair, calibration, expectation, settings)

@@ -14,12 +14,12 @@ from fieldcam.cli.arguments import (
     add_command,
     add_json,
     positive_count,
-    positive_number,
 )
+from fieldcam.cli.card_size import add_block_of_cards, add_tag_size, tag_size_of
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import checked_models, open_raft, open_segmenter
 from fieldcam.errors import BadInput
-from fieldcam.values import TAG_SIZE_MM, FloatMap, Instance, Matcher, StereoPair, TagPose
+from fieldcam.values import FloatMap, Instance, Matcher, StereoPair, TagPose
 from fieldcam.words import number_of
 
 if TYPE_CHECKING:
@@ -31,13 +31,8 @@ def register(commands: Subparsers[Parser]) -> None:
     tags = add_command(commands, "tags", "read the AprilTags of an image", _tags)
     tags.add_argument("image", type=Path, help="8-bit PNG, JPEG, PGM or PPM")
     tags.add_argument("--calibration", type=Path, metavar="FILE", help="to know their range")
-    tags.add_argument(
-        "--tag-size-mm",
-        type=positive_number,
-        default=TAG_SIZE_MM,
-        metavar="MM",
-        help="side of the tag's black square (%(default)s)",
-    )
+    add_tag_size(tags)
+    add_block_of_cards(tags)
     add_json(tags)
 
     segment = add_command(commands, "segment", "find the fruitlets of an image", _segment)
@@ -69,7 +64,7 @@ def _tags(arguments: argparse.Namespace) -> None:
 
     image = read_image(arguments.image)
     calibration = _calibration_for(image, arguments.calibration)
-    tags = detect_tags(image, calibration, arguments.tag_size_mm)
+    tags = detect_tags(image, calibration, tag_size_of(arguments))
     if arguments.json:
         emit_json({"tags": [_tag_entry(tag) for tag in tags]})
         return

@@ -10,11 +10,12 @@ from fieldcam.cli.arguments import (
     Subparsers,
     add_command,
     add_json,
+    name,
     positive_count,
-    positive_number,
     tag_id,
 )
-from fieldcam.cli.console import emit, emit_json
+from fieldcam.cli.card_size import add_tag_size
+from fieldcam.cli.console import emit, emit_json, narrate
 from fieldcam.errors import BadInput
 from fieldcam.values import HIGHEST_TAG_ID, TAG_SIZE_MM
 
@@ -30,33 +31,65 @@ def register(commands: Subparsers[Parser]) -> None:
     parser.add_argument(
         "--count", type=positive_count, default=70, metavar="M", help="how many (%(default)s)"
     )
+    add_tag_size(parser)
     parser.add_argument(
-        "--tag-size-mm",
-        type=positive_number,
-        default=TAG_SIZE_MM,
-        metavar="MM",
-        help="side of the tag's black square (%(default)s)",
+        "--block",
+        type=name,
+        metavar="NAME",
+        help="whose cards these are: their size is set up with it",
     )
     parser.add_argument("--paper", choices=PAPERS, default="a4", help="its format (%(default)s)")
     add_json(parser)
 
 
 def _print(arguments: argparse.Namespace) -> None:
-    from fieldcam.exchange.targets import check_target, write_target
-    from fieldcam.report.pdf import pdf_document
-    from fieldcam.report.tag_sheets import Layout, Paper, tag_sheets
+    from fieldcam.exchange.targets import check_target
 
     check_target(arguments.out, ".pdf", "the tags are written as PDF")
     last = arguments.first + arguments.count - 1
     if last > HIGHEST_TAG_ID:
         raise BadInput(f"There is no tag {last}: tag36h11 ends at {HIGHEST_TAG_ID}.")
-    layout = Layout(Paper[arguments.paper.upper()], arguments.tag_size_mm)
+    if arguments.block is None:
+        _write(arguments, last, arguments.tag_size_mm or TAG_SIZE_MM)
+    else:
+        _print_for_block(arguments, last)
+
+
+def _print_for_block(arguments: argparse.Namespace, last: int) -> None:
+    """The walk will take the cards for what they are."""
+    from fieldcam.store.blocks import block_named, tag_size_mm
+    from fieldcam.store.folder import DataKind, data_path
+    from fieldcam.store.orchard_rows import Block, BlockSetting, Setting
+    from fieldcam.store.store import open_store
+
+    with open_store(data_path(arguments.data), DataKind.FIELD) as store:
+        known = block_named(store.database, arguments.block)
+        set_up_mm = TAG_SIZE_MM if known is None else tag_size_mm(store.database, known.id)
+        size_mm = arguments.tag_size_mm or set_up_mm
+        _write(arguments, last, size_mm)
+        block = store.block(Block(arguments.block))
+        if size_mm != set_up_mm:
+            store.append(BlockSetting(block, Setting.TAG_SIZE_MM, size_mm))
+
+
+def _write(arguments: argparse.Namespace, last: int, size_mm: float) -> None:
+    from fieldcam.exchange.targets import write_target
+    from fieldcam.report.pdf import pdf_document
+    from fieldcam.report.tag_sheets import Layout, Paper, tag_sheets
+
+    layout = Layout(Paper[arguments.paper.upper()], size_mm)
     sheets = tag_sheets(arguments.first, arguments.count, layout)
     write_target(arguments.out, pdf_document(sheets, layout.paper))
     if arguments.json:
         tags = {"first": arguments.first, "last": last, "tag_size_mm": layout.tag_size_mm}
         pages = {"paper": arguments.paper, "pages": len(sheets), "tags_per_page": layout.per_page}
-        emit_json({"file": str(arguments.out), **tags, **pages})
+        block = {} if arguments.block is None else {"block": arguments.block}
+        emit_json({"file": str(arguments.out), **tags, **pages, **block})
     else:
         emit(f"{arguments.out}: tags {arguments.first} to {last} on pages: {len(sheets)}.")
         emit("Print at 100 %, not fitted to the page, and measure the ruler below: 100 mm.")
+    if arguments.block is None and size_mm != TAG_SIZE_MM:
+        narrate(
+            f"Tell their block that its tags have {size_mm:g} mm: print with --block NAME, or"
+            " choose it in Set-up (E) of the app."
+        )

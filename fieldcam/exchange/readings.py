@@ -74,8 +74,14 @@ def encode_reading(reading: ClusterReading) -> Json:
         "verdict": encode_verdict(reading.verdict),
         "fruitlets": [encode_fruitlet(fruitlet) for fruitlet in reading.fruitlets],
         "faint_px": [[float(x), float(y)] for x, y in reading.faint_px],
+        **_known({"tag_size_error": reading.tag_size_error}),
         "window": None if reading.window is None else encode_window(reading.window),
     }
+
+
+def _known(parts: Mapping[str, float | None]) -> Json:
+    """What early versions did not write is left out where it is not known."""
+    return {name: float(value) for name, value in parts.items() if value is not None}
 
 
 def decode_reading(document: object) -> ClusterReading:
@@ -122,6 +128,7 @@ def _decode_reading(d: Mapping[str, Any]) -> ClusterReading:
             fruitlets=optional(expectation["fruitlets"], whole),
         ),
         faint_px=tuple((number(x), number(y)) for x, y in d.get("faint_px", ())),
+        tag_size_error=optional(d.get("tag_size_error"), number),
         timing_ms={text(stage): number(ms) for stage, ms in d["timing_ms"].items()},
         models={text(role): text(digest) for role, digest in d["models"].items()},
         software_version=text(d["software_version"]),

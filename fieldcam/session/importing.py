@@ -18,11 +18,12 @@ from fieldcam.exchange.pair_files import PairFiles, read_pair_files
 from fieldcam.session.intake import Fate, Intake, Taken
 from fieldcam.session.recording import StoredVisit
 from fieldcam.session.walk import Analyst
+from fieldcam.store.blocks import tag_size_mm as size_of_cards
 from fieldcam.store.captures import SavedCapture, refuse_other_kind
 from fieldcam.store.history import capture_record
 from fieldcam.store.imports import failed_alike
 from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.orchard_rows import Block
+from fieldcam.store.orchard_rows import Block, BlockSetting, Setting
 from fieldcam.store.readings import reading_row
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
@@ -52,27 +53,39 @@ class Outcome:
         return None if self.verdict is None else self.verdict.status
 
 
+@dataclass(frozen=True, slots=True)
+class ImportTerms:
+    """How a folder's pairs are taken in."""
+
+    checksums: Checksums = NO_CHECKSUMS
+    """What the images' content has to be."""
+    accepting: Collection[Status] = (Status.ACCEPT,)
+    """Pictures of other verdicts wait for a decision."""
+    tag_size_mm: float | None = None
+    """Kept as that of the block's cards; None: what is set up holds."""
+
+
 def import_pairs(
     store: Store,
     block: Block,
     analyst: Analyst,
     files: Iterable[CaptureFile],
-    checksums: Checksums = NO_CHECKSUMS,
-    accepting: Collection[Status] = (Status.ACCEPT,),
+    terms: ImportTerms | None = None,
 ) -> Iterator[Outcome]:
     """One outcome for each pair; earlier days are to come first, as later ones build on them.
 
-    Pictures of other verdicts than those in `accepting` wait for a decision. Errors of the
-    store end it, and so does an analysis that is off for good.
+    Errors of the store end it, and so does an analysis that is off for good.
     """
     refuse_other_kind(store.folder, simulated=False)
     store.sign_in(OPERATOR)
+    terms = terms or ImportTerms()
+    _set_up_cards(store, store.block(block), terms.tag_size_mm)
     intake = Intake(store, block)
-    analysed = partial(_analysed, intake, analyst, accepting)
+    analysed = partial(_analysed, intake, analyst, terms.accepting)
     late: list[tuple[CaptureFile, Taken]] = []
     for file in files:
         try:
-            pair = _read_files(file, checksums)
+            pair = _read_files(file, terms.checksums)
         except BadInput as error:
             yield Outcome(file, Fate.SKIPPED, problem=str(error))
             continue
@@ -91,6 +104,11 @@ def import_pairs(
             raise
         except AnalysisFailed as error:
             yield _failed(intake, file, taken, error)
+
+
+def _set_up_cards(store: Store, block: EntryId, size_mm: float | None) -> None:
+    if size_mm is not None and size_mm != size_of_cards(store.database, block):
+        store.append(BlockSetting(block, Setting.TAG_SIZE_MM, size_mm))
 
 
 def _read_files(file: CaptureFile, checksums: Checksums) -> PairFiles:

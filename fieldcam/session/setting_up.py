@@ -29,6 +29,7 @@ from fieldcam.store.blocks import (
     newest_blocks,
     settings,
     sprays,
+    tag_size_mm,
     trees,
     visits,
 )
@@ -172,6 +173,13 @@ class SetUp:
         """A number for the block, or for one of its trees."""
         self._store.append(BlockSetting(self._block(), name, value, tree))
         return "Written down."
+
+    @property
+    def walked(self) -> tuple[EntryId | None, float | None]:
+        """The visit, and the size of its cards in mm: where they change, another walk begins."""
+        if self.block is None:
+            return None, None
+        return self.visit, tag_size_mm(self._store.database, self.block)
 
     def add_spray(self, day: date, product: str, rate: str) -> str:
         self._store.append(Spray(self._block(), day, product, rate))

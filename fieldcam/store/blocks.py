@@ -10,6 +10,7 @@ from sqlite_utils import Database
 from fieldcam.store.connection import rows
 from fieldcam.store.orchard_rows import Setting
 from fieldcam.store.rows import EntryId
+from fieldcam.values import TAG_SIZE_MM
 
 _TABLES = ("block_facts", "tree", "cluster", "route", "block_setting", "spray")
 _SET_UP = (
@@ -141,6 +142,11 @@ def settings(
         tree,
     )
     return {Setting(row["name"]): row["value"] for row in found}
+
+
+def tag_size_mm(database: Database, block: EntryId) -> float:
+    """Side of the black square of the block's cards."""
+    return settings(database, block).get(Setting.TAG_SIZE_MM, TAG_SIZE_MM)
 
 
 def sprays(database: Database, block: EntryId) -> tuple[SprayRecord, ...]:

@@ -17,6 +17,8 @@ class Setting(StrEnum):
     """How many apples each tree should carry."""
     BLOOM_CLUSTERS_PER_TREE = "bloom_clusters_per_tree"
     """How many flower clusters were counted."""
+    TAG_SIZE_MM = "tag_size_mm"
+    """Side of the black square of the block's cards."""
 
 
 @dataclass(frozen=True, slots=True)

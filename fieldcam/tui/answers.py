@@ -10,6 +10,8 @@ from fieldcam.errors import BadInput
 from fieldcam.user_folders import expanded
 
 LONGEST_NAME = 60
+TAG_SIZES_MM = (5.0, 200.0)
+"""Smaller ones cannot be read at 30 cm."""
 
 
 def name(text: str, what: str) -> str:
@@ -49,6 +51,14 @@ def number(text: str, most: int = 1_000_000) -> float:
         raise BadInput(f"{text.strip() or 'Nothing'} is no number.")
     if not 0 <= found <= most:
         raise BadInput(f"It must be between 0 and {most}.")
+    return found
+
+
+def tag_size_mm(text: str) -> float:
+    """The side of a tag's black square, as a ruler on a card says it."""
+    found = number(text)
+    if not TAG_SIZES_MM[0] <= found <= TAG_SIZES_MM[1]:
+        raise BadInput("A tag's black square has sides of {:g} to {:g} mm.".format(*TAG_SIZES_MM))
     return found
 
 

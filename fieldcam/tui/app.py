@@ -132,7 +132,7 @@ class FieldcamApp(EndableApp[None]):
         self._models = models
         self._setup = setup
         self._remember = remember
-        self._visit: EntryId | None = None
+        self._walked: tuple[EntryId | None, float | None] = (None, None)
         self.sound: Sound = Silence() if sound is None else sound
         self.walk: Walk | None = None
         self.state: WalkState | None = None
@@ -211,7 +211,7 @@ class FieldcamApp(EndableApp[None]):
             self._tell(News("Choose a block first, or make one.", bad=True))
         elif setup.visit is None:
             self._days.before_a_visit()
-        elif setup.visit != self._visit:
+        elif setup.walked != self._walked:
             self._change_walk()
         else:
             self._back_to_walk()
@@ -315,7 +315,7 @@ class FieldcamApp(EndableApp[None]):
         self.walk = self._start(self._hear)
         self.push_screen(self._dressed(WalkScreen(self.walk)))
         if self._setup is not None:
-            self._visit = self._setup.visit
+            self._walked = self._setup.walked
             if self._setup.operator is None:
                 Questions(self, self._setup, self._setup.state(), self._change).operator()
         if self._first_news is not None:

@@ -8,12 +8,12 @@ from textwrap import shorten
 
 from fieldcam.analysis.status import State
 from fieldcam.analysis.status import Status as AnalysisStatus
-from fieldcam.calibration.stored_drift import LEAST_PICTURES, SIZE_BIAS, TagSizes
+from fieldcam.calibration.drift import TAG_SIZE_BIAS
+from fieldcam.calibration.stored_drift import LEAST_PICTURES, TagSizes
 from fieldcam.models import ModelFile, Models
 from fieldcam.session.battery import Battery
 from fieldcam.session.state import CameraState
 from fieldcam.store.usage import LastCamera
-from fieldcam.values import TAG_SIZE_MM
 from fieldcam.words import number_of
 
 CAMERA = {
@@ -95,15 +95,18 @@ def calibration_facts(uncalibrated: str, sizes: TagSizes | None) -> Iterator[Fac
     if sizes.measured_mm is None or sizes.drift is None:
         yield Fact("calibration", f"known after {LEAST_PICTURES} pictures with a tag")
         return
-    measured = f"tag printed {TAG_SIZE_MM} mm, measured {sizes.measured_mm:.2f} mm"
+    measured = f"tag printed {sizes.printed_mm:g} mm, measured {sizes.measured_mm:.2f} mm"
     pictures = number_of(len(sizes.errors), "picture")
     yield Fact("calibration", f"{measured} in {pictures}", sizes.drifted)
     if sizes.drifted:
-        text = f"DRIFT: sizes are off by about {sizes.drift:+.1%}; run `fieldcam calibrate`"
+        text = (
+            f"DRIFT: sizes are off by about {sizes.drift:+.1%}; run `fieldcam calibrate`, unless"
+            " the tags have another size (Set-up)"
+        )
         yield Fact("", text, bad=True)
     else:
-        off = sizes.drift + SIZE_BIAS
-        usual = f"{SIZE_BIAS:+.1%} is usual, as white grows into black"
+        off = sizes.drift + TAG_SIZE_BIAS
+        usual = f"{TAG_SIZE_BIAS:+.1%} is usual, as white grows into black"
         yield Fact("", f"fits: {off:+.1%} off; {usual}")
 
 

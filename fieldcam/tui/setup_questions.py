@@ -25,6 +25,7 @@ from fieldcam.tui import answers
 from fieldcam.tui.asking import AskYes
 from fieldcam.tui.forms import AskChoice, AskForm, Field
 from fieldcam.tui.setup_telling import Subject, spray_line, tree_line, visit_line
+from fieldcam.values import TAG_SIZE_MM
 
 Change = Callable[[], str]
 """Writes something, and says what."""
@@ -57,6 +58,7 @@ class Questions:
             Subject.OPERATOR: self.operator,
             Subject.BLOCK: self.block,
             Subject.FACTS: self.facts,
+            Subject.TAGS: self.tags,
             Subject.TREES: self.trees,
             Subject.BLOOM: self.bloom,
             Subject.TARGET: self.target,
@@ -102,6 +104,14 @@ class Questions:
             Field("Why, if you like"),
         ]
         self._form(f"What block {block.name} is:", fields, self._facts)
+
+    def tags(self) -> None:
+        def change(size: str) -> Change:
+            return partial(self.setup.set_number, Setting.TAG_SIZE_MM, answers.tag_size_mm(size))
+
+        said = self.state.number(Setting.TAG_SIZE_MM) or TAG_SIZE_MM
+        field = Field("Side in mm", f"{said:g}", answers.tag_size_mm)
+        self._form("How long is a side of the black square on the block's cards?", [field], change)
 
     def trees(self) -> None:
         def change(count: str) -> Change:

@@ -8,6 +8,7 @@ from enum import StrEnum
 from fieldcam.session.setting_up import SetUpState, TreeFacts
 from fieldcam.store.blocks import BlockSummary, DayCorrection, SprayRecord, VisitSummary
 from fieldcam.store.orchard_rows import Setting
+from fieldcam.values import TAG_SIZE_MM
 from fieldcam.words import number_of
 
 WIDTH = 28
@@ -21,6 +22,7 @@ class Subject(StrEnum):
     OPERATOR = "Operator"
     BLOCK = "Block"
     FACTS = "Orchard, variety, season"
+    TAGS = "Side of a tag's square, mm"
     TREES = "Trees"
     BLOOM = "Bloom clusters on a tree"
     TARGET = "Apples a tree should carry"
@@ -44,6 +46,7 @@ def lines(state: SetUpState) -> tuple[Line, ...]:
         Subject.OPERATOR: state.operator or UNKNOWN,
         Subject.BLOCK: UNKNOWN if state.block is None else state.block.name,
         Subject.FACTS: UNKNOWN if state.block is None else facts_line(state.block),
+        Subject.TAGS: _tags(state),
         Subject.TREES: str(len(state.trees)) if state.trees else UNKNOWN,
         Subject.BLOOM: _bloom(state),
         Subject.TARGET: _number(state.number(Setting.TARGET_FRUIT_PER_TREE)),
@@ -98,6 +101,12 @@ def _sprays(state: SetUpState) -> str:
     if not state.sprays:
         return "none"
     return f"{len(state.sprays)}, last {spray_line(state.sprays[-1])}"
+
+
+def _tags(state: SetUpState) -> str:
+    """As long as nobody says otherwise the cards are the usual ones."""
+    said = state.number(Setting.TAG_SIZE_MM)
+    return f"{TAG_SIZE_MM:g}, the usual ones" if said is None else f"{said:g}"
 
 
 def _alive(state: SetUpState, subject: Subject) -> bool:

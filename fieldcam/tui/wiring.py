@@ -6,7 +6,9 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+from sqlite_utils import Database
 
 from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.status import Limits
@@ -19,6 +21,8 @@ from fieldcam.session.live import LiveWalk
 from fieldcam.session.setting_up import SetUp
 from fieldcam.session.state import CameraState
 from fieldcam.session.walk import DEADLINE_S
+from fieldcam.store.blocks import tag_size_mm
+from fieldcam.store.lookups import row_of
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.tui.app import FieldcamApp
@@ -51,16 +55,23 @@ class Rig:
     ) -> LiveWalk:
         """A walk of this visit, begun; with a `setup` the clock says which day it is."""
         log = store.folder.path / "logs" / "analysis.log"
+        analysis = with_cards_of(self.setup, store.database, visit)
         return LiveWalk(
             store,
             visit,
             self.open_camera,
-            lambda changed: Supervisor(self.setup, log, changed, self.limits),
+            lambda changed: Supervisor(analysis, log, changed, self.limits),
             listener,
             self.deadline_s,
             self.calibration,
             *(() if setup is None else (setup.day_question,)),
         )
+
+
+def with_cards_of(setup: Setup, database: Database, visit: EntryId) -> Setup:
+    """Previews too are looked at for cards of the block's size."""
+    size_mm = tag_size_mm(database, row_of(database, "visit", visit)["block"])
+    return replace(setup, settings=replace(setup.settings, tag_size_mm=size_mm))
 
 
 def run(

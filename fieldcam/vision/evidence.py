@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fieldcam.calibration.drift import tag_size_error
 from fieldcam.values import (
     Calibration,
     DisparityWindow,
@@ -57,6 +58,13 @@ class Evidence:
     tag_size_mm: float
     torn: tuple[str, ...] = ()
     """Eyes whose image lacks a part."""
+
+    @property
+    def tag_size_error(self) -> float | None:
+        """(measured - printed) / printed side; None where it was not triangulated."""
+        if self.tag is None or self.right_tag is None:
+            return None
+        return tag_size_error((self.tag, self.right_tag), self.calibration, self.tag_size_mm)
 
     @property
     def target(self) -> tuple[Fruitlet, ...]:

@@ -8,19 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fieldcam.calibration.drift import row_disagreement_px, tag_disparity_px, tag_size_error
+from fieldcam.calibration.drift import (
+    DRIFT_SIZE,
+    TAG_SIZE_BIAS,
+    TagMatch,
+    row_disagreement_px,
+    size_off,
+    tag_disparity_px,
+)
 from fieldcam.values import FARTHEST_MM, NEAREST_MM, ReasonCode, TagPose
 from fieldcam.vision.evidence import Evidence
 from fieldcam.vision.eye_matches import EyeMatches
 from fieldcam.vision.findings import Finding, confirm, retake
 
-TAG_SIZE_BIAS = -0.0055
-"""White grows into black by the camera's gamma, also with a perfect calibration."""
-BLEEDING = 0.015
-"""How much farther it grows in bright or soft pictures; the tag then looks smaller."""
 DRIFT_ROWS_PX, BAD_DRIFT_ROWS_PX = 1.2, 2.0
-DRIFT_SIZE, BAD_DRIFT_SIZE = 0.02, 0.03
-"""Above the first a reading can be looked at, above the second it cannot be trusted."""
+BAD_DRIFT_SIZE = 0.03
+"""Above the first, and above DRIFT_SIZE, a reading can be looked at; above the second, and above
+this, it cannot be trusted."""
 MOVED_SIZE = 0.015
 """With rows that are off as well, the camera moved between the eyes' pictures."""
 MISPAIRED_ROWS_PX = 8.0
@@ -51,7 +55,7 @@ def judge_eyes(evidence: Evidence, spoiled: bool) -> Iterator[Finding]:
         elif _in_range(evidence.tag):
             # Bleeding light and smeared edges move the tag's corners by themselves.
             found = _eyes_by_tag(evidence, match)
-            yield from (f for f in found if f is MISPAIRED or not spoiled)
+            yield from (f for f in found if f[1].code is ReasonCode.MISPAIRED or not spoiled)
     elif not spoiled:
         yield from _eyes_by_spots(evidence)
 
@@ -61,27 +65,34 @@ def _in_range(tag: TagPose) -> bool:
     return tag.range_mm is not None and NEAREST_MM <= tag.range_mm <= FARTHEST_MM
 
 
-def _eyes_by_tag(evidence: Evidence, match: tuple[TagPose, TagPose]) -> Iterator[Finding]:
+def _eyes_by_tag(evidence: Evidence, match: TagMatch) -> Iterator[Finding]:
     rows_px = row_disagreement_px([match]) or 0.0
-    error = tag_size_error(match, evidence.calibration, evidence.tag_size_mm)
+    error = evidence.tag_size_error
     size = size_off(error)
     resized = error is None or abs(error - TAG_SIZE_BIAS) > MOVED_SIZE
     moved = resized or evidence.quality.eyes.nearer_is_farther_off
     far_off = rows_px > MISPAIRED_ROWS_PX or size > MISPAIRED_SIZE
+    cause = _with_size if rows_px <= DRIFT_ROWS_PX and error is not None else _alone
     if far_off or (rows_px > DRIFT_ROWS_PX and moved):
-        yield MISPAIRED
+        yield retake(ReasonCode.MISPAIRED, cause(evidence, MISPAIRED[1].text))
     elif rows_px > BAD_DRIFT_ROWS_PX or size > BAD_DRIFT_SIZE:
-        yield retake(ReasonCode.CALIBRATION_DRIFT, DRIFT_TEXT)
+        yield retake(ReasonCode.CALIBRATION_DRIFT, cause(evidence, DRIFT_TEXT))
     elif rows_px > DRIFT_ROWS_PX or size > DRIFT_SIZE:
-        yield confirm(ReasonCode.CALIBRATION_DRIFT, DRIFT_TEXT)
+        yield confirm(ReasonCode.CALIBRATION_DRIFT, cause(evidence, DRIFT_TEXT))
 
 
-def size_off(size_error: float | None) -> float:
-    """How far the tag's triangulated size is off, less what bleeding light explains."""
-    if size_error is None:
-        return 1.0
-    off = size_error - TAG_SIZE_BIAS
-    return off if off > 0 else max(-off - BLEEDING, 0.0)
+def _alone(evidence: Evidence, cause: str) -> str:
+    return cause
+
+
+def _with_size(evidence: Evidence, cause: str) -> str:
+    """Where only the tag's size is off, the card itself may be of another size."""
+    printed_mm = evidence.tag_size_mm
+    measured_mm = printed_mm * (1 + (evidence.tag_size_error or 0.0) - TAG_SIZE_BIAS)
+    return (
+        f"The tag measures {measured_mm:.1f} mm, and is set up as {printed_mm:g} mm: correct the"
+        f" size of the tags if the card has another one (Set-up). Else: {cause}"
+    )
 
 
 def _eyes_by_spots(evidence: Evidence) -> Iterator[Finding]:

@@ -159,6 +159,7 @@ class Pipeline:
             verdict=verdict,
             window=window,
             faint_px=segmented.faint_px,
+            tag_size_error=evidence.tag_size_error,
             calibration=calibration,
             settings=settings,
             expectation=expectation,
