@@ -385,24 +385,6 @@ def test_a_cluster_that_is_said_to_be_passed_over_is_not_emptied(tmp_path: Path)
     assert fruit.sightings[SECOND].presence is Presence.NOT_SEEN
 
 
-ODD_DATES = {
-    "future": (WIDE.replace("2026", "2062"), "future_dates"),
-    "a wrong year": (WIDE.replace("2026-05-10", "2025-05-10"), "dates_far_apart"),
-    "two seasons": (WIDE.replace("2026-05-10", "2025-06-30"), "dates_far_apart"),
-    "long ago": (WIDE.replace("2026", "1926"), "old_dates"),
-}
-
-
-@pytest.mark.parametrize(("text", "code"), ODD_DATES.values(), ids=ODD_DATES)
-def test_odd_dates_are_doubted(tmp_path: Path, text: str, code: str) -> None:
-    path = tmp_path / "gala.csv"
-    path.write_text(text)
-    doubts = read_calipers(path, today=date(2026, 7, 1)).doubts
-    assert [doubt.code for doubt in doubts] == [code]
-    path.write_text(WIDE)
-    assert read_calipers(path, today=date(2026, 7, 1)).doubts == ()
-
-
 def test_trees_and_clusters_numbered_anew_in_each_row(tmp_path: Path) -> None:
     rows = [f"{r},{tree},{tag},1,8.0,9.0" for r in (1, 2) for tree in (1, 2) for tag in (1, 2)]
     text = "row,tree,cluster,fruit,2026-05-10,2026-05-14\n" + "\n".join(rows)

@@ -78,6 +78,7 @@ def _evaluate(arguments: argparse.Namespace) -> None:
 def _evaluated(
     arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary, table: CaliperTable
 ) -> Evaluation:
+    from fieldcam.growth.date_warnings import doubtful_dates, other_year
     from fieldcam.growth.evaluation.evaluating import Evaluation, score_readings
     from fieldcam.session.evaluating import (
         clusters_of_one,
@@ -100,11 +101,12 @@ def _evaluated(
         raise BadInput(
             f"No fruit of block {block.name} has the same tag, name and day in the pictures and"
             " in the caliper table.",
-            "Name the fruitlets on the Cluster screen as the table does.",
+            other_year(set(calipers.visits), set(days))
+            or "Name the fruitlets on the Cluster screen as the table does.",
         )
     others = (_by_sgbm(arguments, store, block, calipers, forecasts),) if arguments.sgbm else ()
     notes = (
-        *(doubt.text for doubt in table.doubts),
+        *(text for _, text in doubtful_dates(calipers.visits, date.today())),
         *table.notes,
         clusters_of_one(photographed, measured),
         typed_otherwise(store.database, block.id, calipers),

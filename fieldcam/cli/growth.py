@@ -130,8 +130,8 @@ def _of_table(arguments: argparse.Namespace) -> _Told:
     record = replace(table.record, name=arguments.block or table.record.name)
     between = arguments.start, arguments.end
     sprays = [Spray(day) for day in arguments.sprayed]
-    growth = outlook(record, in_size_order(record), between, plan, sprays)
-    return _Told(replace(growth, warnings=(*table.doubts, *growth.warnings)), table.notes)
+    growth = outlook(record, in_size_order(record), between, plan, sprays, date.today())
+    return _Told(growth, table.notes)
 
 
 def _of_stored(arguments: argparse.Namespace) -> _Told:
@@ -154,11 +154,12 @@ def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockS
     followed = known_clusters(store.database, rows, {}, methods, same_day)
     known = tuple(progress(followed, len(rows), "cluster"))
     between = arguments.start, arguments.end
-    growth = block_outlook(store.database, block.id, known, method, between)
+    simulated = store.folder.kind is DataKind.SIMULATED
+    today = None if simulated else date.today()
+    growth = block_outlook(store.database, block.id, known, method, between, today)
     if store.damaged:
         left_out = Warning("damaged_readings", f"{damage_sentence(store.damaged)} {READ_AGAIN}")
         growth = replace(growth, warnings=(left_out, *growth.warnings))
-    simulated = store.folder.kind is DataKind.SIMULATED
     pictures = arguments.report is not None
     return _Told(
         growth,

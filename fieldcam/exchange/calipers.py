@@ -22,7 +22,6 @@ from fieldcam.exchange.caliper_columns import (
     STATE,
     caliper_table,
 )
-from fieldcam.exchange.caliper_dates import date_doubts
 from fieldcam.exchange.caliper_record import record_of, record_of_sizes
 from fieldcam.exchange.caliper_shapes import CaliperCell, cells_of, has_dates
 from fieldcam.exchange.caliper_sizes import (
@@ -39,7 +38,6 @@ from fieldcam.exchange.tables.sheets import Sheet
 from fieldcam.exchange.tables.written import csv_text
 from fieldcam.growth.doubts import doubts_told, is_doubtful
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
-from fieldcam.growth.warnings import Warning
 from fieldcam.words import number_of, spelled_out
 
 
@@ -52,17 +50,13 @@ class CaliperTable:
     """What was assumed when it was read."""
     named: bool
     """Fruits have names of their own; else they are called by their size order."""
-    doubts: tuple[Warning, ...] = ()
-    """About its dates."""
 
 
-def read_calipers(
-    path: Path, dates: Sequence[date] = (), today: date | None = None
-) -> CaliperTable:
+def read_calipers(path: Path, dates: Sequence[date] = ()) -> CaliperTable:
     """The sizes of a CSV table, a workbook or a spreadsheet; the block gets the file's name.
 
-    `dates` are those of visits that the table only numbers, `today` is this machine's where it is
-    not given. Raises BadInput with the line, or the sheet and cell, that cannot be read.
+    `dates` are those of visits that the table only numbers. Raises BadInput with the line, or the
+    sheet and cell, that cannot be read.
     """
     name = spelled_out(path.name)
     cells, sheet_notes = _cells(name, read_sheets(path), dates)
@@ -84,7 +78,6 @@ def read_calipers(
         record,
         tuple(note for note in notes if note),
         named=all(each.fruit for each in numbered),
-        doubts=date_doubts(name, record.visits, today or date.today()),
     )
 
 

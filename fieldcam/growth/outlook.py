@@ -53,9 +53,11 @@ def outlook(
     between: tuple[date | None, date | None] = (None, None),
     plan: CropPlan | None = None,
     sprays: Sequence[Spray] = (),
+    today: date | None = None,
 ) -> Outlook:
     """Between two visits, each named by a day of it; else of the newest visit against the one
-    that it is best compared with. `in_size_order` is the block matched by size order alone.
+    that it is best compared with. `in_size_order` is the block matched by size order alone;
+    `today` is what the clock says, None where the block's days are made up.
 
     Raises BadInput where there are no such visits, or nothing grew between them.
     """
@@ -69,7 +71,7 @@ def outlook(
         steps,
         by_size_order,
         None if plan is None else crop_forecast(found, plan),
-        warnings_about(found, sprays, by_size_order),
+        warnings_about(found, sprays, by_size_order, today),
         influences(found),
         tuple(sprays),
     )

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from datetime import date
 from statistics import mean
 
+from fieldcam.growth.date_warnings import doubtful_dates
 from fieldcam.growth.doubts import MOST_MM_PER_DAY, SURE, Doubt
 from fieldcam.growth.forecast import Forecast, FruitletForecast, State
 from fieldcam.growth.records import FruitletRecord, Source
@@ -40,18 +42,23 @@ class Warning:
 
 
 def warnings_about(
-    found: Forecast, sprays: Sequence[Spray] = (), by_size_order: Forecast | None = None
+    found: Forecast,
+    sprays: Sequence[Spray] = (),
+    by_size_order: Forecast | None = None,
+    today: date | None = None,
 ) -> tuple[Warning, ...]:
     """All that speaks against a forecast.
 
-    `by_size_order` is the same forecast with fruitlets matched by size order alone.
+    `by_size_order` is the same forecast with fruitlets matched by size order alone; `today`
+    is what the clock says, None where the block's days are made up.
     """
-    return tuple(_warnings(found, sprays, by_size_order))
+    return tuple(_warnings(found, sprays, by_size_order, today))
 
 
 def _warnings(
-    found: Forecast, sprays: Sequence[Spray], by_size_order: Forecast | None
+    found: Forecast, sprays: Sequence[Spray], by_size_order: Forecast | None, today: date | None
 ) -> Iterator[Warning]:
+    yield from (Warning(*doubt) for doubt in doubtful_dates(found.block.visits, today))
     for code, check in _CHECKS.items():
         if text := check(found):
             yield Warning(code, text)

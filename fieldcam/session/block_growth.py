@@ -69,14 +69,19 @@ def block_outlook(
     known: Sequence[KnownCluster],
     method: Association = Association.GEOMETRY,
     between: tuple[date | None, date | None] = (None, None),
+    today: date | None = None,
 ) -> Outlook:
-    """Raises BadInput where there are no such visits, or nothing grew between them."""
+    """Raises BadInput where there are no such visits, or nothing grew between them.
+
+    `today` is what the clock says, None where the block's days are made up.
+    """
     return outlook(
         block_record(database, block, known, method),
         block_record(database, block, known, Association.SIZE_ORDER),
         between,
         crop_plan(database, block),
         [Spray(spray.sprayed_on, spray.product) for spray in sprays(database, block)],
+        today,
     )
 
 

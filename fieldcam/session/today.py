@@ -7,10 +7,8 @@ from datetime import date, datetime, timedelta
 
 from fieldcam import RELEASED
 from fieldcam.exchange.capture_folder import recording_day
+from fieldcam.growth.date_warnings import LONGEST_SEASON
 from fieldcam.store.clock import Moment
-
-LONGEST_SEASON = timedelta(days=150)
-"""Between two visits of one block; apples are thinned within weeks of bloom."""
 
 
 def day_of(moment: Moment) -> date:

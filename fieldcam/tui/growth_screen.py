@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import date
 from functools import partial
 from typing import ClassVar
 
@@ -106,7 +107,7 @@ class GrowthScreen(Page):
         if block != self._block:
             self._block, self._growth = block, None
         known = {**self._blocks.setdefault(block, {})}
-        self.look_up(state.folder, partial(self._read, block, known), self._found)
+        self.look_up(state.folder, partial(self._read, state, known), self._found)
 
     def on_resize(self, event: Resize) -> None:
         super().on_resize(event)
@@ -123,9 +124,10 @@ class GrowthScreen(Page):
         past.scroll_relative(y=by * max(1, past.size.height - 1), animate=False)
 
     def _read(
-        self, block: EntryId, before: Mapping[int, KnownCluster], database: Database
+        self, state: WalkState, before: Mapping[int, KnownCluster], database: Database
     ) -> Grown:
         """In a thread, which stops between two clusters when nobody waits for it any more."""
+        block, today = state.route.block, None if state.simulated else date.today()
         worker, rows = get_current_worker(), block_rows(database, block)
         known = {}
         for cluster in known_clusters(database, rows, before):
@@ -136,7 +138,8 @@ class GrowthScreen(Page):
                 learned = partial(self._learned, block, cluster, len(known), len(rows))
                 self.post_message(LookedUp(learned))
         try:
-            return Grown(block_outlook(database, block, tuple(known.values())), "")
+            every = tuple(known.values())
+            return Grown(block_outlook(database, block, every, today=today), "")
         except BadInput as error:
             return Grown(None, str(error))
 
