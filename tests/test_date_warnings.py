@@ -82,7 +82,7 @@ def evaluated(tmp_path: Path, capsys: Capture, years: int) -> tuple[int, str, st
 def test_a_table_of_another_year_than_the_pictures_is_told(tmp_path: Path, capsys: Capture) -> None:
     code, _, err = evaluated(tmp_path, capsys, -1)
     assert code == 2
-    assert "Its 2025-05-21, 2025-05-25 would be a day of the pictures in 2026" in err
+    assert "But for the year 2025-05-21, 2025-05-25 would be of the pictures (2026)" in err
 
 
 def test_a_table_of_the_right_year_is_not(tmp_path: Path, capsys: Capture) -> None:

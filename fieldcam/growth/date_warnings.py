@@ -48,7 +48,7 @@ def other_year(days: Set[date], others: Set[date]) -> str:
         return ""
     years = sorted({day.year for day in others})
     return (
-        f"Its {_listed(shared)} would be a day of the pictures in {years[-1]}: is the year right?"
+        f"But for the year {_listed(shared)} would be of the pictures ({years[-1]}): is it right?"
     )
 
 
