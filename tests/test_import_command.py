@@ -86,6 +86,18 @@ def test_the_document_counts_and_a_second_run_adds_nothing(
     assert (again["added"], again["known"], again["analysed"]) == (0, 3, 0)
 
 
+def test_days_that_no_season_has_are_asked_about(
+    capsys: Capture, tmp_path: Path, analyst: FakeAnalyst
+) -> None:
+    """A folder by itself, and together with what the block has."""
+    first = write_pairs(tmp_path / "first", ("2025-05-21/17_1",))
+    later = write_pairs(tmp_path / "later", ("2026-05-21/17_1", "2162-05-21/17_1"))
+    assert "Is " not in run(capsys, first, "--block", "North")[2]
+    _, _, err = run(capsys, later, "--block", "North")
+    assert "2162-05-21 lies after today" in err
+    assert "From the visit of 2025-05-21 to that of 2026-05-21 there are 365 days" in err
+
+
 def test_bad_pairs_are_listed_at_the_end_with_one_sentence_each(
     capsys: Capture, folder: Path, analyst: FakeAnalyst
 ) -> None:

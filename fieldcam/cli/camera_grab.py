@@ -92,8 +92,12 @@ def _check_folder(folder: Path) -> None:
 def _pairs(arguments: argparse.Namespace) -> Iterator[Grabbed]:
     from fieldcam.camera.finding import open_camera
     from fieldcam.session.grabbing import grab_pairs
+    from fieldcam.session.today import clock_doubt, day_of
+    from fieldcam.store.clock import now
     from fieldcam.store.folder import data_path_if_any
 
+    if (doubt := clock_doubt(day_of(now()), ())) is not None:
+        narrate(f"{doubt} The pairs' folder is named after it.")
     with open_camera(data_path_if_any(arguments.data)) as camera:
         _check_serial(camera, arguments.serial)
         for note in camera.notes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,8 @@ from fieldcam.values import Status
 from fieldcam.words import number_of
 
 if TYPE_CHECKING:
+    from sqlite_utils import Database
+
     from fieldcam.exchange.capture_folder import CaptureFolder, FolderProblem
     from fieldcam.session.importing import Outcome
 
@@ -85,9 +88,22 @@ def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[O
 
     path = data_path(arguments.data)
     with open_store(path, DataKind.FIELD) as store, open_analyst(None, path, path) as analyst:
+        _doubt_the_days(store.database, arguments.block, found)
         accepting = (Status.ACCEPT, Status.CONFIRM)[: 2 if arguments.accept_confirm else 1]
         terms = ImportTerms(found.checksums, accepting, arguments.tag_size_mm)
         yield from import_pairs(store, Block(arguments.block), analyst, found.captures, terms)
+
+
+def _doubt_the_days(database: Database, name: str, found: CaptureFolder) -> None:
+    """Those of the folder together with those that the block has."""
+    from fieldcam.growth.date_warnings import doubtful_dates
+    from fieldcam.store.blocks import block_named, visits
+
+    block = block_named(database, name)
+    known = () if block is None else visits(database, block.id)
+    days = {*(visit.day for visit in known), *(capture.day for capture in found.captures)}
+    for _, text in doubtful_dates(sorted(days), date.today()):
+        narrate(text)
 
 
 def _problems(found: CaptureFolder, outcomes: Sequence[Outcome]) -> tuple[FolderProblem, ...]:

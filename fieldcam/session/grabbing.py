@@ -13,7 +13,7 @@ import numpy as np
 
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import StorageError
-from fieldcam.exchange.capture_folder import VIEW_FILE, CaptureFile
+from fieldcam.exchange.capture_folder import VIEW_FILE, CaptureFile, recording_day
 from fieldcam.session.walk import DEADLINE_S
 from fieldcam.store.durable import write_durably
 from fieldcam.values import ImageU8, RawPair, ReasonCode, StereoPair
@@ -95,7 +95,7 @@ def _write(pair: StereoPair, taken_at: datetime, folder: Path, tag_id: int) -> C
     """In colour: a file of sensor values would not say which colour filter it had."""
     from fieldcam.exchange.images import encode_png
 
-    day = taken_at.astimezone().date()
+    day = recording_day(taken_at.astimezone())
     view = _next_view(folder / day.isoformat(), tag_id)
     left, right = (
         folder / day.isoformat() / f"{tag_id}_{view}_{eye}.png" for eye in ("left", "right")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import timedelta
 from statistics import mean
 
 from fieldcam.session.days import ClusterDay
@@ -43,13 +44,19 @@ def picture_line(record: CaptureRecord, place: int, count: int) -> str:
     """Which picture is shown; `place` counts from 1."""
     verdict = "no sizes" if record.reading is None else record.reading.status.upper()
     # What decides comes first: a small terminal cuts the end.
-    parts = [f"Picture {place}/{count}", verdict, DECIDED[record.action]]
-    parts.append(f"{record.taken_at:%d %b %H:%M}")
+    parts = [f"Picture {place}/{count}", verdict, DECIDED[record.action], _when(record)]
     if record.retake_of is not None:
         parts.append("retake")
     if record.view > 1:
         parts.append(f"view {record.view}")
     return "   ".join(parts)
+
+
+def _when(record: CaptureRecord) -> str:
+    """On the day of its visit, whatever a wrong clock said; a walk may go on past midnight."""
+    taken, of_visit = record.taken_at.date(), record.day
+    wrong = of_visit is not None and not timedelta(0) <= taken - of_visit <= timedelta(days=1)
+    return f"{of_visit if wrong else taken:%d %b} {record.taken_at:%H:%M}"
 
 
 def picture_heading(record: CaptureRecord) -> str:

@@ -8,6 +8,7 @@ from functools import partial
 
 from textual.app import App
 
+from fieldcam import RELEASED
 from fieldcam.errors import BadInput, FieldcamError
 from fieldcam.exchange.route_table import read_route
 from fieldcam.session import events
@@ -88,7 +89,7 @@ class Questions:
             self.take(partial(self.setup.choose_block, known[index]))
 
         def another() -> None:
-            season = Field("Season (year)", str(self.state.day.year))
+            season = Field("Season (year)", str(max(self.state.day, RELEASED).year))
             fields = [Field("Name"), Field("Orchard"), Field("Variety"), season]
             self._form("A block is one variety of one orchard in one season.", fields, self._block)
 
@@ -141,7 +142,8 @@ class Questions:
         known = self.state.sprays
 
         def another() -> None:
-            day = Field("Day", self.state.day.isoformat(), answers.day)
+            today = self.state.day.isoformat() if self.state.day >= RELEASED else ""
+            day = Field("Day", today, answers.day)
             fields = [day, Field("Product"), Field("Rate, with its unit")]
             self._form("A thinning spray:", fields, self._spray)
 
