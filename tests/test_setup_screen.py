@@ -15,6 +15,7 @@ from textual.geometry import Offset
 from textual.widgets import Input, OptionList
 
 from fieldcam.errors import BadInput, StorageFull
+from fieldcam.session.automatic import Automatic
 from fieldcam.session.events import DayDoubted
 from fieldcam.session.setting_up import SetUp
 from fieldcam.store.blocks import VisitSummary
@@ -411,10 +412,13 @@ def test_a_walk_that_outlives_its_day_is_asked_about(
         await driven.settle()
         assert isinstance(driven.app.screen, WalkScreen)
         clock.day += timedelta(days=1)
+        assert AIM.tag_id is not None
+        driven.app.automatic = Automatic(True, {AIM.tag_id})
         driven.app._look_at_the_calendar()
         await driven.settle()
         await driven.press("y")
         assert isinstance(driven.app.screen, WalkScreen)
+        assert driven.app.automatic.on and driven.app.automatic.may(AIM)
         assert (driven.started, driven.walk.asked) == (2, [("close",)])
 
     drive(SMALL, script, setup=north)

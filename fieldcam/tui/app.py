@@ -313,6 +313,8 @@ class FieldcamApp(EndableApp[None]):
         while len(self.screen_stack) > 1:
             self.pop_screen()
         self.walk = self._start(self._hear)
+        # What it has fired at on another visit is to be taken again.
+        self.automatic = Automatic(self.automatic.on)
         self.push_screen(self._dressed(WalkScreen(self.walk)))
         if self._setup is not None:
             self._walked = self._setup.walked
