@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ import numpy as np
 import pytest
 from called_commands import Capture, FakePipeline, assert_one_sentence, run
 
+from fieldcam.cli import doctor
 from fieldcam.errors import ExitCode
 from fieldcam.exchange.images import read_image
 from fieldcam.models import RENDERED_ONLY, find_models
+from fieldcam.store.clock import Moment
 from fieldcam.values import (
     Expectation,
     Matcher,
@@ -149,6 +152,14 @@ def test_doctor_reports_each_check(capsys: Capture, data: Path, pipeline: FakePi
     (data / "models/net.onnx").write_bytes(b"another network")
     _, out, _ = run(capsys, "doctor", "--json", "--data", data)
     assert json.loads(out)["ok"] is False
+
+
+def test_the_doctor_doubts_a_clock_that_has_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert doctor._clock().health is doctor.Health.GOOD
+    flat = Moment(datetime(2000, 1, 1, 9, tzinfo=UTC), 0, "boot", 1)
+    monkeypatch.setattr("fieldcam.store.clock.now", lambda: flat)
+    found = doctor._clock()
+    assert found.health is doctor.Health.WARNING and "before this version" in found.text
 
 
 def test_the_doctors_drawn_pair_holds_its_tag_in_both_eyes() -> None:

@@ -67,6 +67,7 @@ def _doctor(arguments: argparse.Namespace) -> None:
 
 def _checks(data: Path) -> Iterator[Check]:
     yield _machine()
+    yield _clock()
     yield _data_folder(data)
     yield _disk(data)
     models = None
@@ -86,6 +87,15 @@ def _machine() -> Check:
     text = f"fieldcam {__version__}, Python {platform.python_version()}, {platform.platform()}"
     known = platform.machine() == "x86_64" and sys.platform == "linux"
     return Check("machine", Health.GOOD if known else Health.WARNING, text)
+
+
+def _clock() -> Check:
+    from fieldcam.session.today import clock_doubt, day_of
+    from fieldcam.store.clock import now
+
+    day = day_of(now())
+    doubt = clock_doubt(day, ())
+    return Check("clock", Health.WARNING if doubt else Health.GOOD, doubt or f"says {day}")
 
 
 def _data_folder(data: Path) -> Check:
