@@ -30,6 +30,7 @@ from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.judgement_rows import Action, MarkKind
 from fieldcam.store.walks import ClusterState
+from fieldcam.tui.buttons import BigButton
 from fieldcam.tui.letters import BLOCK
 from fieldcam.tui.news import news
 from fieldcam.tui.sizes_view import SizesView
@@ -335,6 +336,20 @@ def test_a_doubt_takes_no_key_that_was_meant_for_the_walk() -> None:
 
     assert drive(SMALL, script).walk.asked == []
     assert insisted == ["yes", "yes"]
+
+
+def test_a_doubt_is_answered_by_mouse_too() -> None:
+    insisted: list[str] = []
+
+    async def script(driven: Driven) -> None:
+        for button in range(2):
+            await driven.tell(AIM, Doubted("Keep it?", lambda: insisted.append("yes")))
+            await driven.pilot.click(driven.app.screen.query(BigButton)[button])
+            await driven.settle()
+            assert "Keep it?" not in driven.text
+
+    drive(SMALL, script)
+    assert insisted == ["yes"]
 
 
 def test_a_question_goes_when_its_picture_has_a_verdict(tmp_path: Path) -> None:
