@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Awaitable, Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from made_states import NotedWalk
 from textual.app import App
 from textual.pilot import Pilot
 from textual.widgets import Input
+from textual.worker import WorkerCancelled
 
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.setting_up import SetUp
@@ -75,6 +77,9 @@ class Driven:
 
     async def settle(self) -> None:
         await self.pilot.pause()
+        # A look-up that another one has overtaken is cancelled while it is waited for.
+        with suppress(WorkerCancelled):
+            await self.app.workers.wait_for_complete()
         await self.app.workers.wait_for_complete()
         await self.pilot.pause()
 

@@ -19,6 +19,7 @@ from fieldcam.analysis.direct import DirectAnalyst
 from fieldcam.analysis.requests import Setup
 from fieldcam.cli.card_size import tag_size_of
 from fieldcam.errors import ExitCode
+from fieldcam.session.growing import cluster_rows, followed_cluster
 from fieldcam.session.importing import ImportTerms, import_pairs
 from fieldcam.session.setting_up import SetUp
 from fieldcam.store.blocks import block_named, settings, tag_size_mm
@@ -81,6 +82,22 @@ def test_a_picture_is_read_with_the_cards_of_its_block(store: Store) -> None:
         for picture in pictures:
             analyst.analyse(picture, Expectation())
     assert noting.sizes_mm == [30.0, TAG_SIZE_MM, 32.5, TAG_SIZE_MM]
+
+
+def test_cards_that_were_taken_for_others_are_followed_as_what_they_are(store: Store) -> None:
+    """Their range is by their size; what was read is kept as it is."""
+    walk = MadeWalk(store)
+    walk.accept(walk.visit(), 11)
+    before = cluster_rows(store.database, walk.block, 11)
+    store.append(BlockSetting(walk.block, Setting.TAG_SIZE_MM, 2 * TAG_SIZE_MM))
+    after = cluster_rows(store.database, walk.block, 11)
+    assert after != before, "it is followed anew"
+    near, far = (
+        followed_cluster(store.database, each).visits[0].views[0].reading.tag
+        for each in (before, after)
+    )
+    assert near is not None and far is not None
+    assert near.range_mm is not None and far.range_mm == 2 * near.range_mm
 
 
 def test_previews_are_looked_at_for_the_cards_of_the_block(store: Store) -> None:

@@ -109,6 +109,15 @@ def test_a_correction_can_be_corrected_and_undone(store: Store, setup: SetUp) ->
     assert last is not None and last.day == RIGHT
 
 
+def test_two_halves_of_a_day_count_as_one(store: Store, setup: SetUp) -> None:
+    """As when the clock was put right at noon."""
+    said = setup.correct_day(wrong_visit(setup), FIRST_DAY)
+    assert said.endswith("That day has two visits now, which count as one.")
+    known = tuple(known_clusters(store.database, block_rows(store.database, block(setup)), {}))
+    record = block_record(store.database, block(setup), known, Association.GEOMETRY)
+    assert [each.days for each in visits_of(record)] == [(FIRST_DAY,)]
+
+
 def test_sizes_by_caliper_go_with_their_visit(store: Store, setup: SetUp) -> None:
     def matched() -> list[date]:
         sizes = caliper_sizes(store.database, block(setup))

@@ -17,13 +17,14 @@ from fieldcam.growth.places import (
     View,
     Word,
 )
+from fieldcam.store.blocks import tag_size_mm
 from fieldcam.store.counted import CountedPicture, CountedVisit, association_words, counted_visits
 from fieldcam.store.fruit_rows import AssociationWord
 from fieldcam.store.history import CaptureRecord, cluster_history, corrected_target
 from fieldcam.store.judgement_rows import Answer, MarkKind
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
-from fieldcam.values import Status
+from fieldcam.values import TAG_SIZE_MM, ClusterReading, Status
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,8 @@ class ClusterRows:
     """The earliest first; none where nothing of it was accepted or marked."""
     words: tuple[AssociationWord, ...]
     """The operator's, the oldest first."""
+    tag_size_mm: float = TAG_SIZE_MM
+    """Side of the block's cards as it is set up now."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,7 +51,8 @@ class FollowedCluster:
 
 def cluster_rows(database: Database, block: EntryId, tag_id: int) -> ClusterRows:
     """One cluster."""
-    return _with_words(database, tag_id, counted_visits(database, block, tag_id))
+    size_mm = tag_size_mm(database, block)
+    return _with_words(database, tag_id, counted_visits(database, block, tag_id), size_mm)
 
 
 def rows_with_undecided(database: Database, block: EntryId, tag_id: int) -> ClusterRows:
@@ -60,7 +64,8 @@ def rows_with_undecided(database: Database, block: EntryId, tag_id: int) -> Clus
         visit = by_day.get(record.day, CountedVisit(tag_id, record.day, (), 0, 0))
         pictures = (*visit.pictures, _as_counted(database, record))
         by_day[record.day] = replace(visit, pictures=pictures)
-    return _with_words(database, tag_id, [by_day[day] for day in sorted(by_day)])
+    visits = [by_day[day] for day in sorted(by_day)]
+    return _with_words(database, tag_id, visits, rows.tag_size_mm)
 
 
 def undecided(database: Database, block: EntryId, tag_id: int) -> tuple[CaptureRecord, ...]:
@@ -77,9 +82,9 @@ def undecided(database: Database, block: EntryId, tag_id: int) -> tuple[CaptureR
 
 def block_rows(database: Database, block: EntryId) -> tuple[ClusterRows, ...]:
     """All clusters of a block of which something was accepted or marked, by tag."""
-    visits = counted_visits(database, block)
+    visits, size_mm = counted_visits(database, block), tag_size_mm(database, block)
     return tuple(
-        _with_words(database, tag_id, tuple(counted))
+        _with_words(database, tag_id, tuple(counted), size_mm)
         for tag_id, counted in groupby(visits, key=lambda visit: visit.tag_id)
     )
 
@@ -88,7 +93,7 @@ def followed_cluster(database: Database, rows: ClusterRows) -> FollowedCluster:
     """With its readings: they take room, so that a block is not to be held as a whole."""
     return FollowedCluster(
         rows.tag_id,
-        tuple(_visit(database, visit) for visit in rows.visits),
+        tuple(_visit(database, visit, rows.tag_size_mm) for visit in rows.visits),
         tuple(_word(row) for row in rows.words),
     )
 
@@ -116,13 +121,15 @@ def word_row(word: Word) -> AssociationWord:
     return AssociationWord(word.one.reading, word.one.fruitlet, word.not_in)
 
 
-def _with_words(database: Database, tag_id: int, visits: Sequence[CountedVisit]) -> ClusterRows:
+def _with_words(
+    database: Database, tag_id: int, visits: Sequence[CountedVisit], size_mm: float
+) -> ClusterRows:
     readings = [picture.reading for visit in visits for picture in visit.pictures]
-    return ClusterRows(tag_id, tuple(visits), association_words(database, readings))
+    return ClusterRows(tag_id, tuple(visits), association_words(database, readings), size_mm)
 
 
-def _visit(database: Database, visit: CountedVisit) -> ClusterVisit:
-    views = tuple(_view(database, picture) for picture in visit.pictures)
+def _visit(database: Database, visit: CountedVisit, size_mm: float) -> ClusterVisit:
+    views = tuple(_view(database, picture, size_mm) for picture in visit.pictures)
     said = {
         answer: frozenset(
             Place(word.reading, word.fruitlet) for word in visit.told if word.answer is answer
@@ -134,10 +141,10 @@ def _visit(database: Database, visit: CountedVisit) -> ClusterVisit:
     )
 
 
-def _view(database: Database, picture: CountedPicture) -> View:
+def _view(database: Database, picture: CountedPicture, size_mm: float) -> View:
     return View(
         picture.reading,
-        stored_reading(database, picture.reading),
+        _with_cards_of(stored_reading(database, picture.reading), size_mm),
         picture.struck_out,
         picture.fallen,
         picture.cluster,
@@ -159,6 +166,16 @@ def _as_counted(database: Database, record: CaptureRecord) -> CountedPicture:
         struck_out=marked[MarkKind.NOT_A_FRUITLET],
         fallen=marked[MarkKind.FALLEN],
     )
+
+
+def _with_cards_of(reading: ClusterReading, size_mm: float) -> ClusterReading:
+    """A card is as far away as it is large: it may have been read as one of another size."""
+    tag, factor = reading.tag, size_mm / reading.settings.tag_size_mm
+    if factor == 1 or tag is None or tag.translation_mm is None:
+        return reading
+    x, y, z = tag.translation_mm
+    moved = replace(tag, translation_mm=(x * factor, y * factor, z * factor))
+    return replace(reading, tag=moved)
 
 
 def _word(row: AssociationWord) -> Word:

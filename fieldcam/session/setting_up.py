@@ -239,8 +239,10 @@ class SetUp:
         before = date.fromisoformat(row_of(database, "visit_now", visit)["day"])
         if day == before:
             raise NotNow(f"The visit is of {told(day)} already.")
+        twice = day in self._days()
         self._store.together(self._correct_day, visit, before, day, why or None)
-        return f"The visit of {told(before)} was on {told(day)}."
+        said = f"The visit of {told(before)} was on {told(day)}."
+        return f"{said} That day has two visits now, which count as one." if twice else said
 
     def _correct_day(self, visit: EntryId, before: date, day: date, why: str | None) -> None:
         typed = typed_sizes(self._store.database, visit, before)
