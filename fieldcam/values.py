@@ -238,6 +238,7 @@ class ReasonCode(StrEnum):
     CUT_BY_BORDER = "cut_by_border"
     TOO_NEAR = "too_near"
     TOO_FAR = "too_far"
+    TOO_COARSE = "too_coarse"
     NO_DEPTH = "no_depth"
     SWAPPED_EYES = "swapped_eyes"
     MISPAIRED = "mispaired"

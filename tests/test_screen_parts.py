@@ -18,8 +18,8 @@ from fieldcam.tui.letters import HEIGHT, big, shape
 from fieldcam.tui.picture import OUTLINE, STRUCK, Frame, colours, frame_of, shrink, still
 from fieldcam.tui.picture_view import full_cells, half_blocks
 from fieldcam.tui.sound import Bell, Player, Silence, Tune, chosen_sound, waves
-from fieldcam.tui.telling import banner, sizes_heading
-from fieldcam.values import PixelFormat
+from fieldcam.tui.telling import banner, lights, sizes_heading
+from fieldcam.values import PixelFormat, Reason, ReasonCode, Status, Verdict
 
 LEAST_CONTRAST = 7.0
 
@@ -46,6 +46,22 @@ def test_one_of_a_thing_is_not_many(tmp_path: Path) -> None:
     assert sizes_heading(replace(AIM, shown=shown_with(tmp_path, read(12, 2)))).startswith(
         "2 fruitlets, last visit 5"
     )
+
+
+def test_a_light_claims_nothing_that_was_not_measured(tmp_path: Path) -> None:
+    """Without a tag no depth counts, and in the dark nothing tells whether it is sharp."""
+
+    def shining(*codes: ReasonCode) -> dict[str, bool | None]:
+        reasons = tuple(Reason(code, "") for code in codes)
+        unread = replace(read(12), verdict=Verdict(Status.RETAKE, reasons))
+        return {light.name: light.good for light in lights(shown_with(tmp_path, unread))}
+
+    dark = shining(ReasonCode.TOO_DARK, ReasonCode.NO_TAG)
+    assert dark == {"tag": False, "sharpness": None, "light": False, "depth": None}
+    blurred = shining(ReasonCode.BLURRED, ReasonCode.NO_TAG)
+    assert blurred == {"tag": False, "sharpness": False, "light": True, "depth": None}
+    coarse = shining(ReasonCode.TOO_COARSE)
+    assert coarse == {"tag": True, "sharpness": False, "light": True, "depth": True}
 
 
 def test_one_key_leads_to_the_other_theme_and_back() -> None:

@@ -19,12 +19,16 @@ from made_evidence import (
 )
 
 from fieldcam.values import (
+    Calibration,
     Expectation,
     Flag,
     Status,
 )
 from fieldcam.vision.eye_matches import EyeMatches
 from fieldcam.vision.judging import judge
+
+HALF_SIZE = Calibration(1440, 1080, 858.5, 719.5, 539.5, 60.0)
+"""As with 2 x 2 pixels binned: 1.95 pixels a mm at 440 mm."""
 
 
 def test_a_good_pair_is_accepted() -> None:
@@ -66,6 +70,10 @@ CASES: list[tuple[str, dict[str, Any], Status, set[str]]] = [
         "the due tag twice", {"tags_seen": (make_tag(), make_tag(60.0))},
         Status.CONFIRM, {"several_tags"},
     ),
+    (
+        "unread, without an edge", UNREAD | {"edge_blur_px": float("inf")},
+        Status.RETAKE, {"blurred", "no_tag"},
+    ),
     ("near", {"tag": make_tag(z_mm=250.0)}, Status.RETAKE, {"too_near"}),
     ("far", {"tag": make_tag(z_mm=700.0)}, Status.RETAKE, {"too_far"}),
     ("fewer", {"expectation": Expectation(17, 5)}, Status.CONFIRM, {"fewer_than_before"}),
@@ -95,6 +103,30 @@ def test_each_finding_has_its_reason(
     found = evidence(**changes)
     assert judge(found).status is status
     assert codes(found) == wanted
+
+
+def test_a_picture_that_is_too_coarse_says_so() -> None:
+    coarse = [
+        r.text for r in judge(evidence(calibration=HALF_SIZE)).reasons if r.code == "too_coarse"
+    ]
+    assert coarse == ["Too coarse: 2.0 of 2.7 pixels a mm. Go nearer, or switch binning off."]
+    near = evidence(calibration=HALF_SIZE, tag=make_tag(z_mm=310.0))
+    assert "too_coarse" not in codes(near)
+    assert "too_coarse" not in codes(evidence(tag=make_tag(z_mm=595.0)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, "aim at it, turn it to the camera, clear leaves"),
+        ({"edge_blur_px": 9.0}, "No tag could be read in it."),
+        ({"other_family": "tag25h9"}, "A tag of tag25h9 is in view"),
+        ({"other_family": "tag25h9", "edge_blur_px": 9.0}, "No tag could be read in it."),
+    ],
+)
+def test_a_tag_that_was_not_read_is_told_by_its_cause(changes: dict[str, Any], words: str) -> None:
+    (text,) = [r.text for r in judge(evidence(**UNREAD | changes)).reasons if r.code == "no_tag"]
+    assert words in text
 
 
 @pytest.mark.parametrize(

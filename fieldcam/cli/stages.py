@@ -60,6 +60,7 @@ def register(commands: Subparsers[Parser]) -> None:
 
 def _tags(arguments: argparse.Namespace) -> None:
     from fieldcam.exchange.images import read_image
+    from fieldcam.vision.other_families import other_family
     from fieldcam.vision.tags import detect_tags
 
     image = read_image(arguments.image)
@@ -68,7 +69,10 @@ def _tags(arguments: argparse.Namespace) -> None:
     if arguments.json:
         emit_json({"tags": [_tag_entry(tag) for tag in tags]})
         return
-    narrate(f"{number_of(len(tags), 'tag')} found.")
+    other = "" if tags else other_family(image)
+    narrate(
+        f"{number_of(len(tags), 'tag')} found." + (f" One of {other} is seen." if other else "")
+    )
     rows = [["tag", "centre x", "centre y", "range mm"]]
     rows += [[str(t.id), *(f"{v:.1f}" for v in t.center_px), _text(t.range_mm, 1)] for t in tags]
     for line in table(rows, ">>>>") if tags else ():

@@ -1,24 +1,28 @@
 """Reads a folder of pairs without tags: pictures of a calibration board.
 
-`DIR/<name>_left.png` with `<name>_right.png`; or the authors' names, `*LEFT*.png` with
-the same in RIGHT; or the same names in two folders, `DIR/left` and `DIR/right`.
+The names of two images of one exposure differ in what names the eye (`eye_names`), or
+are the same in two folders that name it.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.capture_folder import FolderProblem, is_image, lonely, visible
+from fieldcam.exchange.eye_names import EYES, NAMINGS, Naming
 from fieldcam.words import number_of
 
-OWN_NAME = re.compile(r"(.*[^_])_(left|right)", re.ASCII)
-EYES = ("left", "right")
-EXPECTED = "Pairs are expected as <n>_left.png and <n>_right.png."
+EXPECTED = (
+    "Pairs are expected as <n>_left.png and <n>_right.png, or of the same names in the folders"
+    " left and right."
+)
+INNER = "data"
+"""Below each camera's folder, in recordings of robots."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +48,10 @@ def read_pair_folder(folder: Path) -> PairFolder:
     if not folder.is_dir():
         raise BadInput(f"There is no folder {folder}.", "Give the folder that holds the pairs.")
     try:
-        images = list(_named(folder))
+        named = [list(_named(folder, naming)) for naming in NAMINGS]
     except OSError as error:
         raise BadInput(f"{folder} cannot be read: {error.strerror}.") from error
+    images = max(named, key=_pairs_of)
     found = list(_paired(images))
     pairs = sorted((each for each in found if isinstance(each, PairPaths)), key=_order)
     problems = sorted(each for each in found if isinstance(each, FolderProblem))
@@ -71,29 +76,35 @@ def _why_no_pairs(images: Counter[str]) -> str:
     return f"{number_of(images[eye], 'image')} of the {eye} eye and none of the {other} one"
 
 
-def _named(folder: Path) -> Iterator[Image]:
-    members = {path.name.lower(): path for path in visible(folder) if path.is_dir()}
-    folders = {eye: members[eye] for eye in EYES if eye in members}
+def _pairs_of(images: list[Image]) -> tuple[int, int]:
+    """How many names both eyes share; where none is shared, how many are of an eye at all."""
+    eyes = [{name for name, each, _ in images if each == eye} for eye in EYES]
+    return len(eyes[0] & eyes[1]), len(images)
+
+
+def _named(folder: Path, naming: Naming) -> Iterator[Image]:
+    members = visible(folder)
+    folders = {
+        told[1]: path for path in members if path.is_dir() if (told := naming.told(path.name))
+    }
     if len(folders) < len(EYES):
-        yield from _named_by_eye(folder)
-    yield from _named_alike(folders)
+        for path in members:
+            if is_image(path) and (told := naming.told(path.stem)):
+                yield *told, path
+    for eye, path in folders.items():
+        yield from ((_inside(naming, each, eye), eye, each) for each in _images(path))
 
 
-def _named_alike(folders: Mapping[str, Path]) -> Iterator[Image]:
-    for eye, folder in folders.items():
-        yield from ((path.stem, eye, path) for path in visible(folder) if is_image(path))
+def _inside(naming: Naming, path: Path, eye: str) -> str:
+    """The eye may be named once more within its folder: left/left01.jpg."""
+    told = naming.told(path.stem)
+    return told[0] if told is not None and told[1] == eye else path.stem
 
 
-def _named_by_eye(folder: Path) -> Iterator[Image]:
-    for path in visible(folder):
-        if not is_image(path):
-            continue
-        if match := OWN_NAME.fullmatch(path.stem):
-            yield match[1], match[2], path
-        elif "LEFT" in path.stem:
-            yield path.stem.replace("LEFT", "*"), "left", path
-        elif "RIGHT" in path.stem:
-            yield path.stem.replace("RIGHT", "*"), "right", path
+def _images(folder: Path) -> list[Path]:
+    inner = folder / INNER
+    found = [path for path in visible(folder) if is_image(path)]
+    return found or ([path for path in visible(inner) if is_image(path)] if inner.is_dir() else [])
 
 
 def _paired(images: Iterable[Image]) -> Iterator[PairPaths | FolderProblem]:

@@ -21,7 +21,7 @@ from fieldcam.exchange.checksums import Checksums, is_list, read_checksums
 from fieldcam.values import HIGHEST_TAG_ID
 
 DAY_FOLDER = re.compile(r"[12]\d{3}-\d{2}-\d{2}", re.ASCII)
-VIEW_FILE = re.compile(r"(\d{1,6})_0*([1-9]\d{0,5})_(left|right)", re.ASCII)
+VIEW_FILE = re.compile(r"(\d{1,6})_0*([1-9]\d{0,5})_(left|right)", re.ASCII | re.IGNORECASE)
 RECORDING_FOLDER = re.compile(r"(\d{1,6})_([12]\d{3}(?:-\d{2}){5})", re.ASCII)
 DATED_CALIBRATION = re.compile(r"\d{4}_\d{2}_\d{2}", re.ASCII)
 
@@ -147,10 +147,10 @@ def _read_day(folder: Path, day: date, calibration: Path | None) -> Found:
                 yield FolderProblem(path, f"{path.name} is no <tag>_<n>_left or _right image.")
             continue
         known = eyes.setdefault((int(match[1]), int(match[2])), {})
-        if match[3] in known:
-            yield FolderProblem(path, f"{path.name} and {known[match[3]].name} are the same view.")
+        if (eye := match[3].lower()) in known:
+            yield FolderProblem(path, f"{path.name} and {known[eye].name} are the same view.")
             continue
-        known[match[3]] = path
+        known[eye] = path
     for (tag_id, view), sides in eyes.items():
         if len(sides) == 2:
             yield CaptureFile(day, tag_id, view, sides["left"], sides["right"], calibration)

@@ -50,7 +50,7 @@ LIGHTS = {
         ReasonCode.TOO_NEAR,
         ReasonCode.TOO_FAR,
     ),
-    "sharpness": (ReasonCode.BLURRED,),
+    "sharpness": (ReasonCode.BLURRED, ReasonCode.TOO_COARSE),
     "light": (ReasonCode.TOO_DARK, ReasonCode.OVEREXPOSED),
     "depth": (
         ReasonCode.TORN,
@@ -121,7 +121,18 @@ def lights(shown: Shown | None) -> tuple[Light, ...]:
     if shown is None or shown.reading is None:
         return tuple(Light(name, None) for name in LIGHTS)
     found = {reason.code for reason in shown.reading.verdict.reasons}
-    return tuple(Light(name, not found.intersection(codes)) for name, codes in LIGHTS.items())
+    unknown = _not_measured(found)
+    return tuple(
+        Light(name, False if found.intersection(codes) else None if name in unknown else True)
+        for name, codes in LIGHTS.items()
+    )
+
+
+def _not_measured(found: set[ReasonCode]) -> set[str]:
+    """Without a tag there is no cluster whose depth counts; in the dark nothing is sharp."""
+    if ReasonCode.NO_TAG not in found:
+        return set()
+    return {"depth", "sharpness"} if found.intersection(LIGHTS["light"]) else {"depth"}
 
 
 def progress(state: WalkState) -> str:

@@ -31,7 +31,8 @@ class Quality:
     tag_blur_px: float | None
     """Standard deviation of the blur across the tag's edges, in its worst direction."""
     edge_blur_px: float | None
-    """The same of the region's sharpest edges; None where the tag tells it or they are few."""
+    """The same of the region's sharpest edges; None where the tag tells it or nothing is seen,
+    infinite where what is seen has no edge."""
     depth_share: float
     """Share of the fruitlets' pixels that have a disparity."""
     eyes: EyeMatches
@@ -58,6 +59,8 @@ class Evidence:
     tag_size_mm: float
     torn: tuple[str, ...] = ()
     """Eyes whose image lacks a part."""
+    other_family: str = ""
+    """Of a tag that was seen where none of ours was read; empty where there is none."""
 
     @property
     def tag_size_error(self) -> float | None:

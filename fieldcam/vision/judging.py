@@ -35,6 +35,9 @@ MOST_CLIPPED_AROUND = 0.3
 MOST_TAG_BLUR_PX = 2.1
 MOST_EDGE_BLUR_PX = 2.2
 
+LEAST_PX_PER_MM = 2.7
+"""The paper's head has 2.9 at the far end of its range; rendered pairs at 1.8 give sizes that
+are 1 mm off, and lose a fifth of the fruitlets."""
 LEAST_DEPTH = 0.4
 BORDER_MM = 5.0
 """A fruitlet nearer the border has neighbours that may be outside."""
@@ -50,7 +53,8 @@ def judge(evidence: Evidence) -> Verdict:
     eyes = list(judge_eyes(evidence, spoiled=bool(light)))
     torn = list(_torn(evidence))
     spoiled = [*torn, *light, *eyes]
-    findings = [*spoiled, *_tag(evidence), *_fruit(evidence, explained=bool(spoiled))]
+    tag = _tag(evidence, spoiled=bool(torn or light))
+    findings = [*spoiled, *tag, *_fruit(evidence, explained=bool(spoiled))]
     if not spoiled:
         findings += judge_doubt(evidence)
     reasons = tuple(reason for _, reason in findings)
@@ -94,10 +98,11 @@ def _blurred(quality: Quality) -> bool:
     return quality.edge_blur_px is not None and quality.edge_blur_px > MOST_EDGE_BLUR_PX
 
 
-def _tag(evidence: Evidence) -> Iterator[Finding]:
+def _tag(evidence: Evidence, spoiled: bool) -> Iterator[Finding]:
+    """`spoiled`: a picture in which no tag could be read."""
     tag, expected = evidence.tag, evidence.expectation.tag_id
     if tag is None:
-        yield retake(ReasonCode.NO_TAG, "No tag was read: turn it to the camera, clear leaves.")
+        yield retake(ReasonCode.NO_TAG, _no_tag(evidence, spoiled))
         return
     if expected is not None and tag.id != expected:
         yield retake(
@@ -113,6 +118,24 @@ def _tag(evidence: Evidence) -> Iterator[Finding]:
         yield retake(ReasonCode.TOO_NEAR, f"The tag is {range_mm / 10:.0f} cm away: step back.")
     if range_mm is not None and range_mm > FARTHEST_MM:
         yield retake(ReasonCode.TOO_FAR, f"The tag is {range_mm / 10:.0f} cm away: go nearer.")
+
+    if range_mm is not None and _coarse(evidence, range_mm) and range_mm <= FARTHEST_MM:
+        fine = evidence.calibration.focal_px / range_mm
+        text = f"Too coarse: {fine:.1f} of {LEAST_PX_PER_MM} pixels a mm."
+        yield retake(ReasonCode.TOO_COARSE, f"{text} Go nearer, or switch binning off.")
+
+
+def _no_tag(evidence: Evidence, spoiled: bool) -> str:
+    """By what is seen of the cause."""
+    if spoiled:
+        return "No tag could be read in it."
+    if evidence.other_family:
+        return f"A tag of {evidence.other_family} is in view: only tag36h11 is read, print cards."
+    return "No tag was read: aim at it, turn it to the camera, clear leaves."
+
+
+def _coarse(evidence: Evidence, range_mm: float) -> bool:
+    return evidence.calibration.focal_px < LEAST_PX_PER_MM * range_mm
 
 
 def _fruit(evidence: Evidence, explained: bool) -> Iterator[Finding]:

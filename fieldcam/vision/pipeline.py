@@ -38,6 +38,7 @@ from fieldcam.vision.covers import covers
 from fieldcam.vision.evidence import Evidence
 from fieldcam.vision.fruitlets import as_trusted, make_fruitlet
 from fieldcam.vision.judging import judge
+from fieldcam.vision.other_families import other_family
 from fieldcam.vision.quality import measure_quality
 from fieldcam.vision.raft import RaftMatcher
 from fieldcam.vision.regions import around_tag, whole
@@ -150,6 +151,7 @@ class Pipeline:
             evidence = Evidence(
                 tag, right_tag, tags, expectation, fruitlets, segmented.faint_px, window,
                 calibration, region, quality, settings.tag_size_mm, pair.torn,
+                "" if tags else other_family(pair.left),
             )  # fmt: skip
             verdict = judge(evidence)
         return ClusterReading(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -23,6 +25,8 @@ CLIPPED = 250
 LIT = 100
 """Grey that what the flash reaches has in a good picture, and a night sky has not."""
 WHITE_QUANTILE = 0.95
+SEEN = 15
+"""Grey levels between dark and light of a picture that shows something."""
 MIDDLE = 0.6
 """Share of the image's sides that counts where no tag says where to look."""
 
@@ -46,10 +50,19 @@ def measure_quality(
         right_white_ratio=white_level(right) / max(white_level(left), 1.0),
         clipped_share=clipped_share(around[around >= LIT] if fruit is None else fruit),
         tag_blur_px=tag_blur,
-        edge_blur_px=edge_blur_px(around) if tag_blur is None else None,
+        edge_blur_px=_edge_blur_px(around) if tag_blur is None else None,
         depth_share=_depth_share(window, fruitlets),
         eyes=match_eyes(left, right, looked_at),
     )
+
+
+def _edge_blur_px(around: ImageU8) -> float | None:
+    """Infinite where light and dark flow into each other without an edge."""
+    found = edge_blur_px(around)
+    if found is not None:
+        return found
+    dark, light = np.quantile(around, (1 - WHITE_QUANTILE, WHITE_QUANTILE))
+    return math.inf if light - dark >= SEEN else None
 
 
 def middle(width_px: int, height_px: int) -> Region:

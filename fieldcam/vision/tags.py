@@ -44,19 +44,23 @@ class _SafeDetector(Detector):
         self.libc.apriltag_detector_destroy.restype = None
         self.libc.apriltag_detector_destroy(self.tag_detector_ptr)
         self.tag_detector_ptr = None
-        self.libc.tag36h11_destroy.restype = None
-        self.libc.tag36h11_destroy(self.tag_families.pop(FAMILY))
+        while self.tag_families:
+            name, family = self.tag_families.popitem()
+            destroy = getattr(self.libc, f"{name}_destroy")
+            destroy.restype = None
+            destroy(family)
 
 
-class _SharedDetector:
+class SharedDetector:
     """One detector for all threads; its C code works on one image at a time."""
 
-    def __init__(self) -> None:
+    def __init__(self, families: str) -> None:
+        """Names of tag families, with spaces between."""
         self._lock = threading.Lock()
         # With more threads of its own the library now and then crashes: its worker
         # pool starts before its mutexes are set up (AprilRobotics/apriltag 339).
         self._detector = _SafeDetector(
-            families=FAMILY, nthreads=1, quad_decimate=1.0, refine_edges=0
+            families=families, nthreads=1, quad_decimate=1.0, refine_edges=0
         )
 
     def detect(self, grey: ImageU8) -> list[Detection]:
@@ -65,8 +69,8 @@ class _SharedDetector:
 
 
 @lru_cache(maxsize=1)
-def _shared_detector() -> _SharedDetector:
-    return _SharedDetector()
+def _shared_detector() -> SharedDetector:
+    return SharedDetector(FAMILY)
 
 
 def detect_tags(
