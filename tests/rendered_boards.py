@@ -111,9 +111,17 @@ def printed_checkerboard(columns: int, rows: int, square_mm: float) -> Printed:
     return Printed(cells, square_mm)
 
 
-def printed_charuco(columns: int, rows: int, square_mm: float) -> Printed:
-    family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_1000)
-    board = cv2.aruco.CharucoBoard((columns, rows), 9.0, 7.0, family)
+def printed_charuco(
+    columns: int,
+    rows: int,
+    square_mm: float,
+    family: int = cv2.aruco.DICT_5X5_1000,
+    older: bool = False,
+) -> Printed:
+    """`older`: as OpenCV drew it before 4.6."""
+    markers = cv2.aruco.getPredefinedDictionary(family)
+    board = cv2.aruco.CharucoBoard((columns, rows), 9.0, 7.0, markers)
+    board.setLegacyPattern(older)
     size = columns * CELLS_PER_SQUARE, rows * CELLS_PER_SQUARE
     cells = np.asarray(board.generateImage(size, marginSize=0, borderBits=1), np.uint8)
     return Printed(cells, square_mm / CELLS_PER_SQUARE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import cv2
 import numpy as np
 import pytest
 from rendered_boards import (
@@ -15,9 +16,9 @@ from rendered_boards import (
     random_head,
 )
 
-from fieldcam.calibration.boards import Board, Corners, Kind, find_corners, match_eyes
-from fieldcam.calibration.calibrating import BoardPair, Unseen, see
-from fieldcam.errors import BadInput
+from fieldcam.calibration.boards import LOOKS, Board, Corners, Kind, find_corners, match_eyes
+from fieldcam.calibration.calibrating import BoardPair, Unseen, calibrate, look, see
+from fieldcam.errors import BadInput, CalibrationInvalid
 from fieldcam.report.board_sheets import board_sheet
 from fieldcam.report.pdf import pdf_document
 from fieldcam.report.tag_sheets import MARGIN_MM, Paper, Rectangle
@@ -76,6 +77,36 @@ def test_a_part_of_a_charuco_board_is_enough(head: Head) -> None:
     left, right = photograph(head, PRINTED[CHARUCO], held(x_mm=-190.0), np.random.default_rng(1))
     view = see(CHARUCO, BoardPair("1", left, right))
     assert not isinstance(view, Unseen) and 9 <= len(view.board_mm) < 40
+
+
+def test_a_charuco_board_as_it_was_drawn_before_opencv_4_6(head: Head, pictures: Pictures) -> None:
+    older = printed_charuco(9, 6, 20.0, older=True)
+    view = see(CHARUCO, BoardPair("1", *photograph(head, older, held(), np.random.default_rng(1))))
+    now = see(CHARUCO, BoardPair("1", *pictures[CHARUCO]))
+    assert not isinstance(view, Unseen) and not isinstance(now, Unseen)
+    assert np.abs(view.left_px - now.left_px).max() < 0.3
+
+
+def test_a_board_with_markers_of_another_family_is_named(head: Head) -> None:
+    other = printed_charuco(9, 6, 20.0, cv2.aruco.DICT_ARUCO_ORIGINAL)
+    pair = BoardPair("1", *photograph(head, other, held(), np.random.default_rng(1)))
+    with pytest.raises(CalibrationInvalid) as refused:
+        calibrate(CHARUCO, look(CHARUCO, [pair]))
+    assert "Its markers are of ArUco original, where ArUco 5x5 is read" in refused.value.hint
+
+
+@pytest.mark.parametrize("blind_to", LOOKS)
+def test_a_checkerboard_is_looked_for_in_more_than_one_way(
+    pictures: Pictures, monkeypatch: pytest.MonkeyPatch, blind_to: int
+) -> None:
+    """OpenCV finds some boards only with this flag, others only without."""
+    find = cv2.findChessboardCornersSB
+
+    def found(grey: ImageU8, grid: tuple[int, int], flags: int) -> object:
+        return (False, None) if flags == blind_to else find(grey, grid, flags=flags)
+
+    monkeypatch.setattr(cv2, "findChessboardCornersSB", found)
+    assert len(find_corners(CHECKERBOARD, pictures[CHECKERBOARD][0]).ids) == 40
 
 
 def test_a_checkerboard_seen_from_the_other_side_is_turned_back(pictures: Pictures) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from rendered_boards import (
@@ -156,3 +157,29 @@ def test_views_that_only_contradict_each_other_are_refused() -> None:
         for i, each in enumerate(found)
     ]
     assert "contradict each other" in refused(spoiled)
+
+
+def fisheye_views(rng: np.random.Generator, focal_px: float, count: int = 14) -> Iterator[View]:
+    """The board close before two lenses that bend as fisheyes do, 60 mm apart."""
+    camera = np.array([(focal_px, 0, 719.5), (0, focal_px, 539.5), (0, 0, 1.0)])
+    still, bend = np.zeros(3), np.array([0.02, -0.01, 0.0, 0.0])
+    board = BOARD.corners_mm.astype(np.float64)
+    for name in range(count):
+        turn = cv2.Rodrigues(rng.uniform(-0.6, 0.6, 3) * (1, 1, 0.5))[0]
+        z_mm = rng.uniform(70, 150)
+        place = np.array([rng.uniform(-0.4, 0.4) * z_mm, rng.uniform(-0.3, 0.3) * z_mm, z_mm])
+        points = (board - board.mean(axis=0)) @ turn.T + place
+        of_right = points - np.array([60.0, 0.0, 0.0])
+        eyes = (
+            cv2.fisheye.projectPoints(own[None], still, still, camera, bend)[0]
+            for own in (points, of_right)
+        )
+        left, right = (_found(rng, np.asarray(eye, np.float64)[0]) for eye in eyes)
+        yield View(str(name), BOARD.corners_mm, left, right)
+
+
+@pytest.mark.parametrize("focal_px", [450.0, 600.0])
+def test_a_fisheye_lens_is_told_and_no_more_pictures_asked_for(focal_px: float) -> None:
+    with pytest.raises(CalibrationInvalid, match="bends its picture as a fisheye does") as caught:
+        solved(fisheye_views(np.random.default_rng(2), focal_px))
+    assert caught.value.hint.startswith("More pictures do not help")

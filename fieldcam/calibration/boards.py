@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from fieldcam.errors import BadInput
 from fieldcam.values import ImageU8
+from fieldcam.vision.aruco_families import marker_counts
 
 Pixels = npt.NDArray[np.float32]
 """(N, 2) float32: x, y."""
@@ -29,10 +30,14 @@ MARKERS = (
 )
 """Each family begins with the one before it; a small one is searched twelve times as fast.
 None of these markers is an AprilTag."""
+MARKER_FAMILY = "ArUco 5x5"
+LEAST_MARKERS, LEAST_MARKER_PX = 3, 10.0
+"""Of one family, before a picture counts as showing it."""
 LEAST_LINES = 3
 """Columns and rows of corners that must be seen; fewer lie as good as in one line."""
-EVENED = cv2.CALIB_CB_NORMALIZE_IMAGE
-"""Without it some boards near the edge of a flash's light are not found."""
+LOOKS = (cv2.CALIB_CB_NORMALIZE_IMAGE, 0)
+"""Without the first some boards near the edge of a flash's light are not found, and with it
+some in even light are not."""
 REFINED = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 40, 1e-3)
 NARROWEST_PX, WIDEST_PX = 2, 11
 """Half the side of the window in which a corner is refined."""
@@ -82,8 +87,18 @@ class Board:
         return (flat * self.square_mm).astype(np.float32)
 
     @cached_property
+    def older_charuco(self) -> cv2.aruco.CharucoBoard:
+        """The board as OpenCV drew it before 4.6; another one only where its rows are even."""
+        board = self._drawn()
+        board.setLegacyPattern(True)
+        return board
+
+    @cached_property
     def charuco(self) -> cv2.aruco.CharucoBoard:
         """The board as OpenCV knows it."""
+        return self._drawn()
+
+    def _drawn(self) -> cv2.aruco.CharucoBoard:
         marker_mm = self.square_mm * MARKER_CELLS / SQUARE_CELLS
         needed = self.columns * self.rows // 2
         family = next(family for count, family in MARKERS if count >= needed)
@@ -117,11 +132,15 @@ def find_corners(board: Board, image: ImageU8) -> Corners:
     grey = image if image.ndim == 2 else _grey(image)
     if board.kind is Kind.CHARUCO:
         return _find_charuco(board, grey)
-    found, places = cv2.findChessboardCornersSB(grey, board.grid, flags=EVENED)
-    if not found:
-        return _nothing()
-    ids = np.arange(len(board.corners_mm))
-    return Corners(ids, _refined(grey, np.asarray(places), _spacing_px(board, ids, places) / 5))
+    return _find_checkerboard(board, grey)
+
+
+def seen_markers(image: ImageU8) -> str:
+    """The family of most of a picture's markers; empty where there are too few to tell."""
+    grey = image if image.ndim == 2 else _grey(image)
+    counts = marker_counts(grey, LEAST_MARKER_PX)
+    family = max(counts, key=lambda name: counts[name])
+    return family if counts[family] >= LEAST_MARKERS else ""
 
 
 def match_eyes(board: Board, name: str, left: Corners, right: Corners) -> View | None:
@@ -142,10 +161,28 @@ def _grey(image: ImageU8) -> ImageU8:
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
 
 
+def _find_checkerboard(board: Board, grey: ImageU8) -> Corners:
+    for look in LOOKS:
+        found, places = cv2.findChessboardCornersSB(grey, board.grid, flags=look)
+        if found:
+            ids = np.arange(len(board.corners_mm))
+            half_px = _spacing_px(board, ids, places) / 5
+            return Corners(ids, _refined(grey, np.asarray(places), half_px))
+    return _nothing()
+
+
 def _find_charuco(board: Board, grey: ImageU8) -> Corners:
-    places, ids, _, _ = cv2.aruco.CharucoDetector(board.charuco).detectBoard(grey)
-    if ids is None or len(ids) < LEAST_LINES:
-        return _nothing()
+    """Of either pattern: before OpenCV 4.6 a board of even rows began with the other colour."""
+    for pattern in (board.charuco, board.older_charuco):
+        places, ids, _, _ = cv2.aruco.CharucoDetector(pattern).detectBoard(grey)
+        if ids is not None and len(ids) >= LEAST_LINES:
+            return _charuco_corners(board, grey, places, ids)
+    return _nothing()
+
+
+def _charuco_corners(
+    board: Board, grey: ImageU8, places: npt.NDArray[np.generic], ids: npt.NDArray[np.generic]
+) -> Corners:
     known = np.asarray(ids, np.intp).ravel()
     # A wider window would reach the markers.
     half_px = _spacing_px(board, known, places) / (SQUARE_CELLS + 1)

@@ -8,7 +8,15 @@ from statistics import median
 
 import numpy as np
 
-from fieldcam.calibration.boards import Board, View, find_corners, match_eyes
+from fieldcam.calibration.boards import (
+    MARKER_FAMILY,
+    Board,
+    Kind,
+    View,
+    find_corners,
+    match_eyes,
+    seen_markers,
+)
 from fieldcam.calibration.coverage import Coverage, Seen, coverage
 from fieldcam.calibration.rectifying import rectified_rig, rows_off_px
 from fieldcam.calibration.rig import StereoRig
@@ -42,6 +50,8 @@ class Unseen:
     by_left: bool
     """Whether this eye saw any of it."""
     by_right: bool
+    markers: str = ""
+    """The family of markers in the left picture, where a board has some and was not seen."""
 
     @property
     def why(self) -> str:
@@ -114,8 +124,11 @@ class Calibrated:
 def see(board: Board, pair: BoardPair) -> View | Unseen:
     """The board in one pair."""
     left, right = find_corners(board, pair.left), find_corners(board, pair.right)
-    view = match_eyes(board, pair.name, left, right)
-    return view or Unseen(pair.name, bool(len(left.ids)), bool(len(right.ids)))
+    if view := match_eyes(board, pair.name, left, right):
+        return view
+    by_left, by_right = bool(len(left.ids)), bool(len(right.ids))
+    no_board = board.kind is Kind.CHARUCO and not (by_left or by_right)
+    return Unseen(pair.name, by_left, by_right, seen_markers(pair.left) if no_board else "")
 
 
 def look(board: Board, pairs: Iterable[BoardPair]) -> Looked:
@@ -157,8 +170,18 @@ def calibrate(board: Board, looked: Looked) -> Calibrated:
 
 def _refuse_unseen(board: Board, unseen: tuple[Unseen, ...]) -> None:
     ever = Unseen("", any(e.by_left for e in unseen), any(e.by_right for e in unseen))
-    raise CalibrationInvalid(
-        f"No pair can be used: {ever.why}.",
+    raise CalibrationInvalid(f"No pair can be used: {ever.why}.", _looked_for(board, unseen))
+
+
+def _looked_for(board: Board, unseen: tuple[Unseen, ...]) -> str:
+    wanted = (
         f"Looked for is a {board.kind} of {board.columns} x {board.rows} squares, not corners;"
-        " give another with --board and --squares.",
+        " give another with --board and --squares."
+    )
+    families = {each.markers for each in unseen if each.markers}
+    if not families or families == {MARKER_FAMILY}:
+        return wanted
+    return (
+        f"Its markers are of {' and '.join(sorted(families))}, where {MARKER_FAMILY} is read:"
+        " print a board with --print-board, or use a checkerboard."
     )

@@ -17,6 +17,7 @@ import numpy as np
 
 from fieldcam.calibration.boards import Pixels, View
 from fieldcam.calibration.documents import Array
+from fieldcam.calibration.fisheye import fits_fisheye
 from fieldcam.calibration.poses import Pose, board_pose, find_pose, usual_pose
 from fieldcam.errors import CalibrationInvalid
 
@@ -28,6 +29,9 @@ FLOOR_PX, TIMES_MEDIAN = 0.3, 3.0
 MOST_ROUNDS = 10
 ROUGH_PX = 1.5
 """No camera is that far from its views in the middle, unless they contradict each other."""
+DOUBTFUL_PX, GOOD_PX = 0.4, 0.25
+"""Of a usual lens, corners of a stereo view, and of one eye alone, lie nearer to where they
+should be."""
 UNSURE_FOCAL = 0.01
 """Of the focal length: its standard deviation, beyond which nothing is known."""
 FLAT_AND_PAIRED = "Is the board flat and glued to something stiff, and are the pairs of one moment?"
@@ -100,9 +104,40 @@ class Solution:
 def solve(views: Sequence[View], size_px: tuple[int, int]) -> Solution:
     """The stereo camera that took these views of one board.
 
-    Raises CalibrationInvalid where they are too few, too much alike, or do not agree.
+    Raises CalibrationInvalid where they are too few, too much alike, or do not agree, and
+    where the lens is one that no more pictures would help, as a fisheye.
     """
     _check_variety(views, size_px)
+    try:
+        found = _solve_agreeing(views, size_px)
+    except CalibrationInvalid as error:
+        if _is_fisheye(views, size_px):
+            raise _fisheye() from error
+        raise
+    if median(each.worst_px for each in found.kept) > DOUBTFUL_PX and _is_fisheye(views, size_px):
+        raise _fisheye()
+    return found
+
+
+def _is_fisheye(views: Sequence[View], size_px: tuple[int, int]) -> bool:
+    boards, left = [view.board_mm for view in views], [view.left_px for view in views]
+    try:
+        rms_px, *_ = cv2.calibrateCamera(
+            boards, left, size_px, np.eye(3), np.zeros(5), flags=LENS_FLAGS, criteria=ENDED
+        )
+    except cv2.error:
+        return False
+    return rms_px > GOOD_PX and fits_fisheye(boards, left, size_px, rms_px)
+
+
+def _fisheye() -> CalibrationInvalid:
+    return CalibrationInvalid(
+        "The lens bends its picture as a fisheye does, which cannot be calibrated here.",
+        "More pictures do not help: use a lens of a narrower view.",
+    )
+
+
+def _solve_agreeing(views: Sequence[View], size_px: tuple[int, int]) -> Solution:
     kept = tuple(range(len(views)))
     for _ in range(MOST_ROUNDS):
         camera, judged = _solve_and_judge(views, kept, size_px)
