@@ -10,8 +10,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fieldcam.calibration.readers import load_camera
-from fieldcam.calibration.sources import read_document
+from fieldcam.calibration.sources import open_documents
 from fieldcam.errors import CalibrationInvalid, FieldcamError, StorageError
+from fieldcam.foreign.bounds import CALIBRATION
+from fieldcam.foreign.files import read_foreign
 from fieldcam.store.calibrations import calibration_in_use
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.store import Store
@@ -96,7 +98,8 @@ class OwnCalibration:
             return Found(problem=MISSING)
         try:
             load_camera(path)
-            serials = read_document(path).serials()
+            named = (document.serials() for document in open_documents(path).values())
+            serials = next((each for each in named if each is not None), None)
         except CalibrationInvalid as error:
             return Found(problem=_waiting(error))
         return Found(self._store.keep_calibration(content), serials=serials)
@@ -117,6 +120,6 @@ def _version(path: Path) -> Version | None:
 
 def _read(path: Path) -> bytes | None:
     try:
-        return path.read_bytes()
-    except OSError:
+        return read_foreign(path, CALIBRATION)
+    except CalibrationInvalid:
         return None
