@@ -47,6 +47,14 @@ def zipped(content: bytes = SMALL, *names: str, method: int = zipfile.ZIP_DEFLAT
     return buffer.getvalue()
 
 
+def of_several(*files: tuple[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, content in files:
+            archive.writestr(name, content)
+    return buffer.getvalue()
+
+
 def streamed(method: int) -> bytes:
     """As written to a pipe: lengths stand behind the data."""
 
@@ -94,6 +102,8 @@ EMPTY_ZIP = b"PK\5\6" + bytes(18)
         zipped(),
         zipped(SMALL, "camera.xml", "another.xml"),
         zipped(SMALL, ""),
+        of_several(("a.xml", b"<other/>"), ("camera.xml", SMALL)),
+        b"<!DOCTYPE RegisterDescription []>" + SMALL,
         zipped(SMALL, "camera.txt", "folder.xml/"),
         bytes(12) + zipped(),
         zipped()[:-30],

@@ -17,7 +17,8 @@ from fieldcam.foreign.bounds import FEATURES
 
 FILE_START, LIST_START, EMPTY_START = b"PK\x03\x04", b"PK\x01\x02", b"PK\x05\x06"
 STARTS = (FILE_START, EMPTY_START)
-MOST_MEMBERS = 64
+MOST_MEMBERS, MOST_TRIED = 64, 4
+ROOT = b"RegisterDescription"
 _HEADER = struct.Struct("<4xHHHHHIIIHH")
 _ENCRYPTED, _SIZES_BEHIND = 1, 8
 _STORED, _DEFLATED = 0, 8
@@ -49,14 +50,16 @@ class _Member:
 
 
 def unzipped_xml(data: bytes) -> bytes:
-    """The first XML file in an archive; raises FeatureFileInvalid.
+    """The feature file in an archive, among others; raises FeatureFileInvalid.
 
-    Without one the first file of any name: some cameras give it none.
+    Where none is called XML the first file: some cameras give it no name.
     """
     members = [member for member in _members(data) if not member.is_folder]
     if not members:
         raise FeatureFileInvalid("The zip holds no file.", ASK_THE_MAKER)
-    return _unpacked(next((member for member in members if member.is_xml), members[0]))
+    named = [member for member in members if member.is_xml][:MOST_TRIED] or members[:1]
+    found = [_unpacked(member) for member in named]
+    return next((content for content in found if ROOT in content), found[0])
 
 
 def _members(data: bytes) -> Iterator[_Member]:

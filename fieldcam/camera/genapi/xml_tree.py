@@ -39,7 +39,9 @@ class _Tree:
         self._elements = self._formula_text = 0
         self._parser = expat.ParserCreate("utf-8")
         self._parser.buffer_text = True
-        self._parser.StartDoctypeDeclHandler = self._doctype
+        # A document type may be named; one that declares opens the door to entity expansion.
+        self._parser.EntityDeclHandler = self._refuse_declaration
+        self._parser.AttlistDeclHandler = self._refuse_declaration
         self._parser.StartElementHandler = self._start
         self._parser.EndElementHandler = self._end
         self._parser.CharacterDataHandler = self._text
@@ -53,14 +55,10 @@ class _Tree:
         assert self._root is not None  # the parser accepts no document without one
         return self._root
 
-    def _doctype(
-        self, _name: str, _system: str | None, _public: str | None, has_subset: bool
-    ) -> None:
-        """A bare one is a mere name; one that declares is the door to entity expansion."""
-        if has_subset:
-            raise FeatureFileInvalid(
-                "The feature file's document type declares something of its own.", ASK_THE_MAKER
-            )
+    def _refuse_declaration(self, *_declared: object) -> None:
+        raise FeatureFileInvalid(
+            "The feature file's document type declares something of its own.", ASK_THE_MAKER
+        )
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self._elements += 1
