@@ -36,7 +36,7 @@ def test_a_right_eye_is_read_as_ros_prints_and_keeps_it(name: str) -> None:
     assert_right_eye(load_rectified(CASES / name))
 
 
-@pytest.mark.parametrize("code", ["utf-16", "utf-8-sig", "latin-1"])
+@pytest.mark.parametrize("code", ["utf-16", "utf-16-le", "utf-16-be", "utf-8-sig", "latin-1"])
 def test_an_echo_is_read_in_whatever_code_it_was_redirected(tmp_path: Path, code: str) -> None:
     text = (
         (CASES / "ros2_echo.yml")
@@ -46,6 +46,12 @@ def test_an_echo_is_read_in_whatever_code_it_was_redirected(tmp_path: Path, code
     path = tmp_path / "right.yml"
     path.write_bytes(text.replace("\n", "\r\n").encode(code))
     assert_right_eye(load_rectified(path))
+
+
+def test_one_eye_alone_is_no_raw_pair() -> None:
+    for name in ("ros1_echo.yml", "ost.txt"):
+        with pytest.raises(CalibrationInvalid, match="describes one eye, and --rectify needs both"):
+            load_stereo_rig(CASES / name)
 
 
 def test_an_echo_that_goes_on_or_was_cut_is_one_camera(tmp_path: Path) -> None:

@@ -163,6 +163,12 @@ def _numbered(names: tuple[str, ...], eye: str) -> tuple[str, ...]:
 
 def _opencv_rig(document: Document, size_px: tuple[int, int] | None) -> StereoRig:
     if not _is_opencv_rig(document):
+        if document.has(*PROJECTION):
+            raise document.refuse(
+                "describes one eye, and --rectify needs both.",
+                "Give a folder with left.yml and right.yml; images that are rectified already"
+                " go without --rectify.",
+            )
         raise document.refuse(
             "does not describe both raw eyes.",
             "Give a file with M1, D1, M2, D2, R and T, or a folder with both eyes' files.",

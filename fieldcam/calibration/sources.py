@@ -29,6 +29,8 @@ WHOLE = "camera"
 TAR_STARTS = (b"\x1f\x8b", b"BZh", b"\xfd7zXZ")
 TAR_MAGIC_AT = 257
 WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+LETTERS = 64
+"""So many bytes tell by their zeros whether letters have two of them."""
 AS_YAML = "Save the calibration as .yml."
 AS_OPENCV = "Save M1, D1, M2, D2, R and T as OpenCV's .yml."
 OTHERS = (
@@ -121,6 +123,9 @@ def _decoded(content: bytes) -> str:
     """PowerShell's `>` writes UTF-16; only what nothing is read from may be in another code."""
     if content.startswith(WIDE):
         return content.decode("utf-16", errors="replace")
+    for begin, code in ((1, "utf-16-le"), (0, "utf-16-be")):
+        if content[:LETTERS] and not any(content[begin:LETTERS:2]):
+            return content.decode(code, errors="replace")
     return content.decode("utf-8-sig", errors="replace")
 
 
