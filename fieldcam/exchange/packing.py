@@ -14,6 +14,7 @@ import zlib
 import numpy as np
 import numpy.typing as npt
 
+from fieldcam.foreign.bounds import MOST_PIXELS
 from fieldcam.values import BoolMask, FloatMap, Points
 
 DISPARITY_STEPS_PER_PX = 64
@@ -22,7 +23,6 @@ CLOUD_STEPS_PER_MM = 100
 UNKNOWN = 0
 """Stored in place of a disparity that is not known."""
 
-LARGEST_PIXELS = 100_000_000
 LARGEST_STORED = int(np.iinfo(np.uint16).max)
 
 COMPRESSION_LEVEL = 3
@@ -95,14 +95,14 @@ def encode_cloud(cloud_mm: Points) -> str:
 
 def decode_cloud(text: str, points: int) -> Points:
     """(points, 3) float32, mm."""
-    if not 0 <= points <= LARGEST_PIXELS:
+    if not 0 <= points <= MOST_PIXELS:
         raise ValueError("a cloud has an impossible number of points")
     steps = np.frombuffer(_unpack(text, points * 12), "<i4").reshape(3, points)
     return np.ascontiguousarray(steps.T / CLOUD_STEPS_PER_MM).astype(np.float32)
 
 
 def _checked_pixels(width: int, height: int) -> int:
-    if width < 0 or height < 0 or width * height > LARGEST_PIXELS:
+    if width < 0 or height < 0 or width * height > MOST_PIXELS:
         raise ValueError("a window has an impossible size")
     return width * height
 
