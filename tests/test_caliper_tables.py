@@ -82,6 +82,12 @@ GOOD: dict[str, str | bytes] = {
     "wide with dates above the names": ",,,2026-05-10,,2026-05-14,\n"
     + "tree,cluster,fruit,Diam (mm),note,Diam (mm),note\n"
     + "1,17,1,8.5,,11.0,\n1,17,2,7.0,,,gone\n2,18,1,9.1,windy,12.0,\n",
+    "wide with dates below the names": "tree,cluster,fruit,diameter (mm),\n"
+    + ",,,2026-05-10,2026-05-14\n"
+    + ROWS,
+    "wide with visits above dates": "tree,cluster,fruit,Visit 1,Visit 2\n,,,2026-05-10,2026-05-14\n"
+    + ROWS,
+    "wide with its heading again": WIDE + WIDE.splitlines()[0] + "\n2,19,1,,\n",
     "wide with merged cells": WIDE.replace("1,17,2", ",,2"),
     "wide with spurs and notes": WIDE.replace("cluster,fruit", "Spur No.,Fruit #").replace(
         "-14\n", "-14,note,note\n"
@@ -255,6 +261,9 @@ BAD = {
     " '2026-02-30' is no date.",
     WIDE.replace("2026-05-14", "05/06/2026"): "gala.csv, line 1, column diam.05/06/2026:"
     " '05/06/2026' is 2026-06-05 (the day first) or 2026-05-06 (the month first), and nothing",
+    WIDE.replace("diam.2026-05-10", "visit_1").replace(
+        "2026-05-14", "1"
+    ): "gala.csv: columns visit_1 and diam.1 are of one visit.",
     WIDE.replace("2026-05-10", "10-May"): "gala.csv, line 1, column diam.10-may: '10-may' has no",
     WIDE.replace(",", ";").replace("8.5", "8;5"): "gala.csv, line 2: there are 6 cells below 5"
     " headings; the last is '11.0'.",

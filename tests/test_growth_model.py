@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import date
-from time import monotonic
+from time import process_time
 
 import numpy as np
 import pytest
@@ -303,9 +303,9 @@ def test_the_influence_of_thousands_of_clusters_takes_no_minute(planned: BlockRe
         for each in found.fruitlets
     ]
     many = replace(found, fruitlets=tuple(more), counts=counts_of(more))
-    began = monotonic()
+    began = process_time()
     assert len(influences(many)) > 2000
-    assert monotonic() - began < 5
+    assert process_time() - began < 5
 
 
 def unsure(fruitlet: FruitletRecord, day: int, confidence: float) -> FruitletRecord:

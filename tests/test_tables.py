@@ -220,18 +220,18 @@ def test_tables_without_end_are_refused_at_once(
 ) -> None:
     path = tmp_path / "gala.csv"
     path.write_bytes(content)
-    began = time.monotonic()
+    began = time.process_time()
     with pytest.raises(BadInput, match=message):
         read_sheets(path)
-    assert time.monotonic() - began < 5
+    assert time.process_time() - began < 5
 
 
 def test_a_cell_far_out_costs_no_time(tmp_path: Path) -> None:
     path = tmp_path / "gala.xlsx"
     path.write_bytes(far_cell(1_048_576, 16_384))
-    began = time.monotonic()
+    began = time.process_time()
     (sheet,) = read_sheets(path)
-    assert time.monotonic() - began < 5
+    assert time.process_time() - began < 5
     assert [(row.number, len(row.cells)) for row in sheet.rows] == [(1, 1), (1_048_576, 16_384)]
 
 

@@ -15,7 +15,7 @@ FRUIT = ("fruit", "fruitlet", "fruit_id", "fruitlet_id")
 DATE = ("date", "day", "visit_date", "measurement_date", "date_measured", "timestamp")
 DIAMETER = ("diameter_mm", "diameter", "diam_mm", "diam", "size_mm", "size")
 DIAM, STATE, CERTAINTY, MEASURED_BY, DOUBT = "diam.", "state.", "sure.", "measured_by", "doubt"
-_WIDE = re.compile(r"(?:diam(?:eter)?|size)(?:_mm)?[._-]?(.+)")
+_WIDE = re.compile(r"(?:diam(?:eter)?|size|visit_?\d*)(?:_mm)?[._-]?(.+)")
 _OF_AUTHORS = re.compile(r"fl[._-]?\d+", re.ASCII)
 _CM = "_cm"
 SHAPES = (
@@ -37,10 +37,12 @@ def caliper_table(sheet: Sheet) -> Table | None:
 
 def visit_columns(table: Table) -> dict[str, str]:
     """Columns of sizes by what tells their visit: a date, or a number."""
-    found = {}
+    found: dict[str, str] = {}
     for name in table.columns:
         if (visit := _visit(name)) is not None:
             table.check_once(name)
+            if visit in found:
+                raise BadInput(f"{table.name}: columns {found[visit]} and {name} are of one visit.")
             found[visit] = name
     return found
 

@@ -20,7 +20,7 @@ from fieldcam.exchange.tables.sheets import Sheet
 from fieldcam.exchange.tables.trees import ROW, TREE, StandingTree, tree_names
 from fieldcam.values import HIGHEST_TAG_ID
 
-TAG = ("tag", "tag_id")
+TAG = ("tag", "tag_id", "cluster")
 _WHAT_IS_NEEDED = "It needs the columns tree and tag, in walking order."
 
 

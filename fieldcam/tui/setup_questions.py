@@ -186,7 +186,7 @@ class Questions:
             return partial(self.setup.plan_route, read_route(answers.file(path)))
 
         question = (
-            "A CSV file with the columns tree and tag, in walking order."
+            "A table (CSV, .xlsx, .ods) with the columns tree and tag, in walking order."
             " Without one the route is learned by walking: the first picture of a tag adds it."
         )
         self._form(question, [Field("File")], change)

@@ -12,7 +12,7 @@ from fieldcam.exchange.tables.limits import MOST_TITLE_ROWS
 from fieldcam.exchange.tables.sheets import Sheet, SheetRow
 
 _UNIT = re.compile(r"[(\[]?(mm|cm)[)\]]?")
-_UNIT_BEHIND = re.compile(r"[._ ]*[(\[](mm|cm)[)\]]$")
+_UNIT_BEHIND = re.compile(r"(?:[._, ]*[(\[]|[., ]+)(mm|cm)[)\]]?$")
 _NUMBER_BEHIND = re.compile(r"_(?:no|nr|num|number|#)\.?$|#$")
 IsHeading = Callable[[Sequence[str]], bool]
 """Of the names that `column_names` gives."""
@@ -106,7 +106,7 @@ def _candidates(rows: Sequence[SheetRow]) -> Iterator[tuple[int, int, list[str]]
 
 
 def _joined(upper: Sequence[str], lower: Sequence[str]) -> list[str]:
-    """Names that two rows say together: units below names, or measures below dates.
+    """Names that two rows say together: units below names, measures below dates, or the reverse.
 
     Empty where the lower row is no second row of a heading.
     """
@@ -116,25 +116,32 @@ def _joined(upper: Sequence[str], lower: Sequence[str]) -> list[str]:
     if all(_UNIT.fullmatch(cell.lower()) for cell in below if cell):
         units = [f" ({cell.lower().strip('()[]')})" if cell else "" for cell in below]
         return column_names([one + unit for one, unit in zip(above, units, strict=True)])
-    if not any(map(is_day, above)) or any(map(_is_number, below)):
+    if not any(map(is_day, [*above, *below])) or any(map(_is_number, below)):
         return []
-    return column_names(list(_below_dates(above, below)))
+    return column_names(list(_with_dates(above, below)))
 
 
-def _below_dates(above: Sequence[str], below: Sequence[str]) -> Iterator[str]:
-    """A date goes for all columns up to the next one, as merged cells are written."""
-    day = ""
+def _with_dates(above: Sequence[str], below: Sequence[str]) -> Iterator[str]:
+    """The upper name goes for all columns up to the next one, as merged cells are written."""
+    carried = ""
     for one, two in zip(above, below, strict=True):
-        day = one if one else day
-        if two and is_day(day):
-            unit = _UNIT_BEHIND.search(two.lower())
-            yield f"{_UNIT_BEHIND.sub('', two.lower())}.{day}{unit[0] if unit else ''}"
+        carried = one if one else carried
+        if two and is_day(carried):
+            yield _measured_on(two, carried)
+        elif carried and is_day(two):
+            yield _measured_on(carried, two)
         else:
             yield two or one
 
 
+def _measured_on(name: str, day: str) -> str:
+    """Such as diam.2026-05-10; a unit goes behind."""
+    unit = _UNIT_BEHIND.search(name.lower())
+    return f"{_UNIT_BEHIND.sub('', name.lower())}.{day}{unit[0] if unit else ''}"
+
+
 def _is_number(cell: str) -> bool:
-    return bool(re.fullmatch(r"[+-]?\d+(?:[.,]\d+)?", cell))
+    return bool(re.fullmatch(r"[+-]?\d+(?:[.,]\d+)?", cell)) and not is_day(cell)
 
 
 def table_of(sheet: Sheet, place: int, length: int, names: list[str]) -> Table:
@@ -143,7 +150,9 @@ def table_of(sheet: Sheet, place: int, length: int, names: list[str]) -> Table:
     columns = {name: names.index(name) for name in names if name}
     twice = frozenset(name for name in columns if names.count(name) > 1)
     width = len(names)
-    rows = tuple(_row(sheet, columns, width, row) for row in sheet.rows[place + length :])
+    # Lists of many sheets of paper repeat their heading.
+    below = (row for row in sheet.rows[place + length :] if column_names(row.cells) != names)
+    rows = tuple(_row(sheet, columns, width, row) for row in below)
     titles = tuple(" ".join(filter(None, row.cells)) for row in sheet.rows[:place])
     return Table(sheet, heading, columns, twice, rows, titles)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from zipfile import ZipFile
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.tables.limits import MOST_CELLS, MOST_SHEETS
+from fieldcam.exchange.tables.limits import MOST_CELLS, MOST_ROWS, MOST_SHEETS
 from fieldcam.exchange.tables.sheets import Sheet, filled_rows, too_large
 from fieldcam.exchange.tables.workbook import DAMAGED
 
@@ -51,6 +51,7 @@ class _Rows:
 
     def __init__(self, file: str, title: str) -> None:
         self.file, self.title = file, title
+        self.name = f"{file}, sheet {title}"
         self.dates: set[str] = set()
         self._rows: list[tuple[int, list[str]]] = []
         self._number = 0
@@ -60,12 +61,14 @@ class _Rows:
         """Once for each time that it is repeated, unless it is empty."""
         texts, times = self._texts(row), _times(row, "rows")
         self._count(len(texts) * times)
+        if texts and len(self._rows) + times > MOST_ROWS:
+            raise too_large(self.name, f"more than {MOST_ROWS:,} rows")
         if texts:
             self._rows += [(self._number + k, texts) for k in range(1, times + 1)]
         self._number += times
 
     def sheet(self) -> Sheet:
-        rows = filled_rows(f"{self.file}, sheet {self.title}", self._rows)
+        rows = filled_rows(self.name, self._rows)
         return Sheet(self.file, self.title, rows, frozenset(self.dates))
 
     def _texts(self, row: Element) -> list[str]:
@@ -83,8 +86,7 @@ class _Rows:
     def _count(self, more: int) -> None:
         self._cells += more
         if self._cells > MOST_CELLS:
-            name = f"{self.file}, sheet {self.title}"
-            raise too_large(name, f"more than {MOST_CELLS:,} cells")
+            raise too_large(self.name, f"more than {MOST_CELLS:,} cells")
 
 
 def _text(cell: Element, dates: set[str]) -> str:
