@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from datetime import date
+from datetime import date, timedelta
 from pathlib import Path
 
 import pytest
@@ -303,13 +303,22 @@ def test_bars_of_sizes_by_day() -> None:
     assert histogram([], 47, 10) == histogram(days[1:2], 47, 10) == ["No accepted sizes yet."]
 
 
-def test_growth_is_told_as_exactly_as_it_can_be(past: Past) -> None:
+def test_growth_is_told_as_exactly_as_it_can_be(
+    past: Past, monkeypatch: pytest.MonkeyPatch
+) -> None:
     first, second = cluster_days(past.made.store.database, past.made.block, 11)
     fewer = list(day_lines([first, second]))
     assert fewer[1:4:2] == ["21 May  5: 11.00 mm", "23 May  4: 10.50 mm, ~-0.25 a day"]
     alike = replace(first, day=second.day)
     assert list(day_lines([first, alike]))[3] == "23 May  5: 11.00 mm, +0.00 a day"
     assert list(day_lines([first, first]))[3] == "21 May  5: 11.00 mm"
+    leaf = replace(second, day=first.day)
+    back = replace(first, day=first.day + timedelta(days=1))
+    assert "(no fruit grows so)" not in "".join(day_lines([leaf, back]))
+    monkeypatch.setattr("fieldcam.tui.history_words.MOST_MM_PER_DAY", 0.4)
+    assert list(day_lines([leaf, back]))[3] == (
+        "22 May  5: 11.00 mm, ~+0.50 a day (no fruit grows so)"
+    )
     unseen = replace(second, counted=(), sizes_mm=(), marks=())
     assert list(day_lines([first, unseen]))[3:] == ["23 May  no accepted picture"]
 

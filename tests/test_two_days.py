@@ -26,7 +26,7 @@ from fieldcam.store.space import Space
 from fieldcam.tui.looks import Look, Pictures
 from fieldcam.tui.pair_changes import told_changes
 from fieldcam.tui.pair_sketch import TwoStills
-from fieldcam.tui.pairs import PairRow, pairs_of, said_word
+from fieldcam.tui.pairs import PairRow, pair_lines, pairs_of, said_word
 from fieldcam.tui.picture import draw_line
 from fieldcam.tui.picture_view import PictureView
 from fieldcam.tui.sketch import Label, Painted, stamped
@@ -270,6 +270,20 @@ def test_pairs_of_days_and_views(tmp_path: Path) -> None:
     }
     for days, expected in pairs.items():
         assert pairs_of(days) == expected
+
+
+def test_growth_that_no_fruitlet_has_is_marked(tmp_path: Path) -> None:
+    later = shown_with(tmp_path)
+    day = later.record.day
+    assert day is not None
+    earlier = replace(later, record=replace(later.record, day=day - timedelta(days=2)))
+    one, other = Place("one", 0), Place("other", 0)
+    told = {}
+    for grown_mm in (4.9, 8.0):
+        row = PairRow(1, one, other, (8.8, 8.8 + grown_mm), (None, None), 1.0, False)
+        told[grown_mm] = list(pair_lines([row], (earlier, later), 1))[1]
+    assert told[4.9].endswith("+2.45")
+    assert told[8.0].endswith("+4.00    ? no fruit grows so")
 
 
 def test_what_a_key_says(tmp_path: Path, walked: Walked) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import timedelta
 from statistics import mean
 
+from fieldcam.growth.doubts import MOST_MM_PER_DAY
 from fieldcam.session.days import ClusterDay
 from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
 from fieldcam.store.history import CaptureRecord, ReadingSummary
@@ -107,7 +108,8 @@ def _growth(before: ClusterDay, day: ClusterDay) -> str:
         return ""
     roughly = "" if len(day.sizes_mm) == len(before.sizes_mm) else "~"
     rate = (mean(day.sizes_mm) - mean(before.sizes_mm)) / elapsed
-    return f", {roughly}{rate:+.2f} a day"
+    odd = " (no fruit grows so)" if rate > MOST_MM_PER_DAY else ""
+    return f", {roughly}{rate:+.2f} a day{odd}"
 
 
 def _sizes(day: ClusterDay) -> list[str]:

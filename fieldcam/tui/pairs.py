@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 
-from fieldcam.growth.doubts import SURE
+from fieldcam.growth.doubts import MOST_MM_PER_DAY, SURE
 from fieldcam.growth.places import Place, Track, TrackedVisit, Word
 from fieldcam.growth.records import Presence
 from fieldcam.session.state import Shown
@@ -151,7 +151,7 @@ def pair_lines(
             _size(shown, place, size).rjust(9)
             for shown, place, size in zip(pair, (row.one, row.other), row.sizes_mm, strict=True)
         )
-        said = _asked(row) if asked and row.missing else _said(row, days[0])
+        said = _asked(row) if asked and row.missing else _said(row, days[0], elapsed)
         yield f"{mark}{row.number:3}  {sizes}   {_rate(row, elapsed):8} {said}".rstrip()
     for day, shown, fruitlets in zip(days, pair, alone, strict=True):
         for fruitlet in fruitlets:
@@ -219,15 +219,22 @@ def _size(shown: Shown, place: Place | None, diameter_mm: float | None) -> str:
     return f"{letter_in(shown, place.fruitlet)} {size}"
 
 
-def _rate(row: PairRow, elapsed_days: int) -> str:
+def _mm_per_day(row: PairRow, elapsed_days: int) -> float | None:
     one, other = row.sizes_mm
     if one is None or other is None or not elapsed_days:
-        return ""
-    return f"{(other - one) / elapsed_days:+.2f}"
+        return None
+    return (other - one) / elapsed_days
 
 
-def _said(row: PairRow, first_day: str) -> str:
+def _rate(row: PairRow, elapsed_days: int) -> str:
+    rate = _mm_per_day(row, elapsed_days)
+    return "" if rate is None else f"{rate:+.2f}"
+
+
+def _said(row: PairRow, first_day: str, elapsed_days: int) -> str:
     if row.one is not None and row.other is not None:
+        if (_mm_per_day(row, elapsed_days) or 0.0) > MOST_MM_PER_DAY:
+            return "? no fruit grows so"
         if row.by_hand:
             return "by hand"
         return f"? {row.confidence:.0%} sure" if row.doubtful else ""
