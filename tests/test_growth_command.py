@@ -145,3 +145,21 @@ def test_a_table_whose_name_is_no_utf_8_has_a_page(capsys: Capture, tmp_path: Pa
     code, out, _ = run(capsys, "growth", "--calipers", table, "--report", page)
     assert code == ExitCode.OK
     assert "caf" in page.read_text() and "caf" in out
+
+
+def test_odd_dates_of_a_table_are_warned_of(capsys: Capture, calipers: Path) -> None:
+    text = calipers.read_text()
+    first = text.splitlines()[0].split("diam.")[1].rstrip(",")
+    calipers.write_text(text.replace(first, first.replace("2026", "2025")))
+    code, out, _ = run(capsys, "growth", "--calipers", calipers, "--json")
+    assert code == ExitCode.OK
+    assert json.loads(out)["warnings"][0]["code"] == "dates_far_apart"
+    calipers.write_text(text.replace("2026", "2926"))
+    code, out, _ = run(capsys, "growth", "--calipers", calipers)
+    assert code == ExitCode.OK
+    assert "but today is" in out.partition("Warnings:")[2]
+
+
+def test_what_was_taken_of_empty_cells_is_said(capsys: Capture, calipers: Path) -> None:
+    _, out, _ = run(capsys, "growth", "--calipers", calipers)
+    assert "taken as fallen" in out.partition("Assumed:")[2]
