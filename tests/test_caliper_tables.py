@@ -16,7 +16,8 @@ from openpyxl import Workbook
 from planned_blocks import Measuring, measured_block
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.calipers import CaliperTable, read_calipers, wide_table
+from fieldcam.exchange.calipers.reading import CaliperTable, read_calipers
+from fieldcam.exchange.calipers.wide import wide_table
 from fieldcam.growth.forecast import forecast
 from fieldcam.growth.records import BlockRecord, Presence, Sighting, Source
 from fieldcam.growth.visits import chosen_interval, visits_of

@@ -11,7 +11,7 @@ from called_commands import Capture, assert_one_sentence, run
 from planned_blocks import Measuring, measured_block
 
 from fieldcam.errors import ExitCode
-from fieldcam.exchange.calipers import wide_table
+from fieldcam.exchange.calipers.wide import wide_table
 from fieldcam.growth.records import Source
 from fieldcam.simulator.plan import Block
 

@@ -8,7 +8,7 @@ from textwrap import dedent
 
 import pytest
 
-from fieldcam.exchange.calipers import read_calipers
+from fieldcam.exchange.calipers.reading import read_calipers
 from fieldcam.exchange.route_table import read_route
 from fieldcam.growth.records import Presence
 

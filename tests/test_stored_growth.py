@@ -13,7 +13,7 @@ from planned_blocks import Measuring, measured_block
 from stored_walks import MadeWalk, raw_pair, small_store
 
 from fieldcam.errors import ExitCode
-from fieldcam.exchange.calipers import wide_table
+from fieldcam.exchange.calipers.wide import wide_table
 from fieldcam.growth.records import Source
 from fieldcam.session.days import block_days, cluster_days
 from fieldcam.simulator.plan import Block as PlannedBlock

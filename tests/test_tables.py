@@ -96,6 +96,7 @@ def test_all_dates_together_say_what_each_means(
         ),
         (("10-May",), "line 2: '10-May' has no year."),
         (("5/10",), "line 2: '5/10' has no year."),
+        (("10.05.",), "line 2: '10.05.' has no year."),
         (("2026-02-30",), "line 2: '2026-02-30' is no date."),
         (("13/13/2026",), "line 2: '13/13/2026' is no date."),
         (("4615",), "line 2: '4615' is no date."),

@@ -17,7 +17,7 @@ from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
 
 if TYPE_CHECKING:
-    from fieldcam.exchange.calipers import CaliperTable
+    from fieldcam.exchange.calipers.reading import CaliperTable
     from fieldcam.growth.evaluation.evaluating import Evaluation, ReadingsScore
     from fieldcam.growth.records import BlockRecord
     from fieldcam.store.blocks import BlockSummary
@@ -47,7 +47,7 @@ def register(commands: Subparsers[Parser]) -> None:
 
 def _evaluate(arguments: argparse.Namespace) -> None:
     from fieldcam.cli.evaluation_words import evaluation_lines
-    from fieldcam.exchange.calipers import read_calipers
+    from fieldcam.exchange.calipers.reading import read_calipers
     from fieldcam.exchange.evaluation_report import evaluation_report
     from fieldcam.growth.records import Source
 

@@ -119,7 +119,7 @@ def _growth(arguments: argparse.Namespace) -> None:
 
 
 def _of_table(arguments: argparse.Namespace) -> _Told:
-    from fieldcam.exchange.calipers import read_calipers
+    from fieldcam.exchange.calipers.reading import read_calipers
     from fieldcam.growth.outlook import outlook
     from fieldcam.growth.size_order import in_size_order
     from fieldcam.growth.sprays import Spray

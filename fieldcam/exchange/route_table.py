@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.caliper_cells import label_of
+from fieldcam.exchange.calipers.cells import label_of
 from fieldcam.exchange.tables.files import read_sheets
 from fieldcam.exchange.tables.headings import Table, TableRow, find_table, table_of
 from fieldcam.exchange.tables.merged import Repeated, filled_down

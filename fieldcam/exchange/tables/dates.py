@@ -57,7 +57,9 @@ _NAME = r"([a-z]{3,10})\.?"
 _YEAR = r"(\d{4}|\d{2})"
 _NAMED_DAY_FIRST = re.compile(rf"(\d{{1,2}})(?:\.|st|nd|rd|th)?[-/ ]?{_NAME},?[-/ ]?{_YEAR}")
 _NAMED_MONTH_FIRST = re.compile(rf"{_NAME}[-/ ]?(\d{{1,2}})(?:st|nd|rd|th)?,?[-/ ]{_YEAR}")
-_NO_YEAR = re.compile(rf"\d{{1,2}}[-./ ]+{_NAME}|{_NAME}[-/ ]+\d{{1,2}}|\d{{1,2}}/\d{{1,2}}")
+_NO_YEAR = re.compile(
+    rf"\d{{1,2}}[-./ ]+{_NAME}|{_NAME}[-/ ]+\d{{1,2}}|\d{{1,2}}(?:/\d{{1,2}}|\.\d{{1,2}}\.)"
+)
 _SERIAL = re.compile(r"\d{5}(?:\.\d+)?")
 _FIRST_SERIAL, _LAST_SERIAL = 36526, 73050
 """2000-01-01 and 2099-12-31, in days since the end of 1899."""

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
 
-from fieldcam.exchange.caliper_sizes import CaliperSize
+from fieldcam.exchange.calipers.sizes import CaliperSize
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
 from fieldcam.growth.visits import BlockVisit, visits_of
 from fieldcam.words import number_of

@@ -1,4 +1,4 @@
-"""Caliper tables: read in every shape that is in use, written in the one of spreadsheets.
+"""Caliper tables, read in every shape that is in use.
 
 What had to be assumed to read a table is told in notes, a sentence each; what has more
 than one meaning is refused.
@@ -9,22 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
-from math import floor
 from pathlib import Path
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.caliper_columns import (
-    CERTAINTY,
-    DIAM,
-    DOUBT,
-    MEASURED_BY,
-    SHAPES,
-    STATE,
-    caliper_table,
-)
-from fieldcam.exchange.caliper_record import record_of, record_of_sizes
-from fieldcam.exchange.caliper_shapes import CaliperCell, cells_of, has_dates
-from fieldcam.exchange.caliper_sizes import (
+from fieldcam.exchange.calipers.columns import SHAPES, caliper_table
+from fieldcam.exchange.calipers.record import record_of
+from fieldcam.exchange.calipers.shapes import CaliperCell, cells_of, has_dates
+from fieldcam.exchange.calipers.sizes import (
     CaliperSize,
     check_sizes,
     in_one_numbering,
@@ -35,9 +26,7 @@ from fieldcam.exchange.caliper_sizes import (
 from fieldcam.exchange.tables.dates import calendar_of
 from fieldcam.exchange.tables.files import read_sheets
 from fieldcam.exchange.tables.sheets import Sheet
-from fieldcam.exchange.tables.written import csv_text
-from fieldcam.growth.doubts import doubts_told, is_doubtful
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
+from fieldcam.growth.records import BlockRecord, Presence, Source
 from fieldcam.words import number_of, spelled_out
 
 
@@ -79,45 +68,6 @@ def read_calipers(path: Path, dates: Sequence[date] = ()) -> CaliperTable:
         tuple(note for note in notes if note),
         named=all(each.fruit for each in numbered),
     )
-
-
-def wide_table(record: BlockRecord) -> str:
-    """The block as CSV `tree,cluster,fruit,diam.<date>...`, one row for each fruitlet.
-
-    Where empty cells would not say enough, as for a fruitlet that a camera could not see,
-    columns `state.<date>` follow, and where a camera measured, `measured_by` says so. Where it is
-    not sure enough that a fruitlet is the one of before, `sure.<date>` holds the certainty, and
-    `doubt` says so, and of growth that no fruitlet has. Sizes are written to 0.01 mm.
-    """
-    days = record.visits
-    states = days if _needs_states(record) else ()
-    unsure = [day for day in days if any(_is_unsure(each, day) for each in record.fruitlets)]
-    doubts = [", ".join(doubts_told(each, days)) for each in record.fruitlets]
-    columns = [f"{DIAM}{day}" for day in days] + [f"{STATE}{day}" for day in states]
-    columns += [f"{CERTAINTY}{day}" for day in unsure]
-    measured_by = {MEASURED_BY: record.source} if record.source is Source.CAMERA else {}
-    doubt_column = [DOUBT] if any(doubts) else []
-    rows: list[list[object]] = [
-        ["tree", "cluster", "fruit", *columns, *measured_by, *doubt_column],
-    ]
-    for each, doubt in zip(record.fruitlets, doubts, strict=True):
-        seen = each.sightings
-        sizes = ["" if day not in seen else _written(seen[day].diameter_mm) for day in days]
-        said = [str(seen[day].presence) if day in seen else "" for day in states]
-        tree = record.tree_of.get(each.tag_id, "")
-        sure = [_certainty(seen[day]) if _is_unsure(each, day) else "" for day in unsure]
-        told = [*measured_by.values(), *([doubt] if doubt_column else [])]
-        rows.append([tree, each.tag_id, each.fruitlet, *sizes, *said, *sure, *told])
-    return csv_text(rows)
-
-
-def _certainty(seen: Sighting) -> str:
-    """Rounded down, so that a doubtful one stays doubtful."""
-    return f"{floor(100 * seen.confidence) / 100:.2f}"
-
-
-def _is_unsure(fruitlet: FruitletRecord, day: date) -> bool:
-    return day in fruitlet.sightings and is_doubtful(fruitlet.sightings[day])
 
 
 def _cells(
@@ -185,27 +135,3 @@ def _about_nothing(name: str, cells: Sequence[CaliperSize]) -> Iterator[str]:
         yield f"{counted}, beside empty ones: read as not measured."
     else:
         yield f"{counted}, and leaves none empty: read as empty cells."
-
-
-def _needs_states(record: BlockRecord) -> bool:
-    sizes = {
-        (each.tag_id, each.fruitlet): {
-            day: seen.diameter_mm
-            for day, seen in each.sightings.items()
-            if seen.diameter_mm is not None
-        }
-        for each in record.fruitlets
-    }
-    assumed = record_of_sizes(record.name, sizes, record.tree_of)
-    return _presences(assumed) != _presences(record)
-
-
-def _presences(record: BlockRecord) -> dict[tuple[int, str], dict[date, Presence]]:
-    return {
-        (each.tag_id, each.fruitlet): {day: seen.presence for day, seen in each.sightings.items()}
-        for each in record.fruitlets
-    }
-
-
-def _written(diameter_mm: float | None) -> str:
-    return "" if diameter_mm is None else f"{diameter_mm:.2f}"

@@ -9,8 +9,8 @@ from datetime import date
 from statistics import median
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.caliper_cells import SizeCell, size_of
-from fieldcam.exchange.caliper_shapes import CaliperCell, SaidCell
+from fieldcam.exchange.calipers.cells import SizeCell, size_of
+from fieldcam.exchange.calipers.shapes import CaliperCell, SaidCell
 from fieldcam.exchange.tables.dates import Calendar
 from fieldcam.exchange.tables.limits import MOST_FRUITS
 from fieldcam.exchange.tables.sheets import too_large

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from datetime import date
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.caliper_cells import label_of, whole_of
-from fieldcam.exchange.caliper_columns import (
+from fieldcam.exchange.calipers.cells import label_of, whole_of
+from fieldcam.exchange.calipers.columns import (
     CERTAINTY,
     CLUSTER,
     DATE,

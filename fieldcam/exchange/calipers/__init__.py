@@ -1,0 +1,1 @@
+"""Sizes by calipers as tables: what people keep is read, and a block is written."""
