@@ -138,21 +138,27 @@ def add_model(
     is read from `<source>.json` where there is one, as the export tools write it,
     else taken over from the network that it replaces.
     """
-    content = _read(source)
-    if not content:
+    added, content = described(role, source, data, shipped), _read(source)
+    folder = models_folder(data)
+    write_durably(added.path, content)
+    manifest = _manifest(folder) if (folder / MANIFEST_NAME).exists() else {}
+    manifest |= {"schema": MANIFEST_SCHEMA, str(role): dict(added.facts)}
+    write_durably(folder / MANIFEST_NAME, json.dumps(manifest, indent=2).encode() + b"\n")
+    return added
+
+
+def described(
+    role: Role, source: Path, data: Path, shipped: Path = SHIPPED_FOLDER
+) -> SegmentationModel | StereoModel:
+    """What `add_model` would make of a file; nothing is written."""
+    if not _read(source):
         raise BadInput(f"{source} is empty.", "Give an ONNX file.")
     digest = _sha256(source)
-    folder = models_folder(data)
-    target = folder / f"{role}-{digest[:12]}.onnx"
+    target = models_folder(data) / f"{role}-{digest[:12]}.onnx"
     facts = _sidecar(source) or _settings_of_replaced(role, data, shipped)
     facts |= {"file": target.name, "sha256": digest, "added_from": source.name}
     model = ModelFile(role, target, digest, Origin.USER, MappingProxyType(facts))
-    added = _segmentation(model) if role is Role.SEGMENTATION else _stereo(model)
-    write_durably(target, content)
-    manifest = _manifest(folder) if (folder / MANIFEST_NAME).exists() else {}
-    manifest |= {"schema": MANIFEST_SCHEMA, str(role): facts}
-    write_durably(folder / MANIFEST_NAME, json.dumps(manifest, indent=2).encode() + b"\n")
-    return added
+    return _segmentation(model) if role is Role.SEGMENTATION else _stereo(model)
 
 
 def _settings_of_replaced(role: Role, data: Path, shipped: Path) -> dict[str, Any]:

@@ -153,11 +153,11 @@ def test_odd_dates_of_a_table_are_warned_of(capsys: Capture, calipers: Path) -> 
     calipers.write_text(text.replace(first, first.replace("2026", "2025")))
     code, out, _ = run(capsys, "growth", "--calipers", calipers, "--json")
     assert code == ExitCode.OK
-    assert json.loads(out)["warnings"][0]["code"] == "dates_far_apart"
+    assert json.loads(out)["warnings"][0]["code"] == "two_seasons"
     calipers.write_text(text.replace("2026", "2926"))
     code, out, _ = run(capsys, "growth", "--calipers", calipers)
     assert code == ExitCode.OK
-    assert "but today is" in out.partition("Warnings:")[2]
+    assert "after today" in out.partition("Warnings:")[2]
 
 
 def test_what_was_taken_of_empty_cells_is_said(capsys: Capture, calipers: Path) -> None:

@@ -99,14 +99,17 @@ def _clock() -> Check:
 
 
 def _data_folder(data: Path) -> Check:
+    from fieldcam.store.connection import check_disk
+
     probe = data / f".probe-{uuid4().hex}"
     started = perf_counter()
     try:
         write_durably(probe, b"fieldcam")
         probe.unlink()
+        took_ms = (perf_counter() - started) * 1000
+        check_disk(data)
     except (FieldcamError, OSError) as error:
         return Check("data folder", Health.BAD, str(error))
-    took_ms = (perf_counter() - started) * 1000
     return Check("data folder", Health.GOOD, f"{data} takes a durable file in {took_ms:.0f} ms")
 
 

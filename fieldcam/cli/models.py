@@ -10,7 +10,7 @@ from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import check_network
 from fieldcam.errors import ModelMissing
-from fieldcam.models import ModelFile, Role, add_model, find_models, verify_model
+from fieldcam.models import ModelFile, Role, add_model, described, find_models, verify_model
 from fieldcam.store.folder import data_path, data_path_if_any
 
 
@@ -61,8 +61,9 @@ def _verify(arguments: argparse.Namespace) -> None:
 
 
 def _add(arguments: argparse.Namespace) -> None:
-    check_network(Role(arguments.role), arguments.file)
-    added = add_model(Role(arguments.role), arguments.file, data_path(arguments.data))
+    role, data = Role(arguments.role), data_path(arguments.data)
+    check_network(described(role, arguments.file, data), arguments.file)
+    added = add_model(role, arguments.file, data)
     if arguments.json:
         emit_json(_entry(added))
     else:

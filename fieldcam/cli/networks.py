@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from shutil import copyfile
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from fieldcam.models import Models, Role, find_models, verify_model
+from fieldcam.errors import ModelMissing
+from fieldcam.models import ModelFile, Models, find_models, verify_model
 from fieldcam.store.folder import data_path_if_any
 
 if TYPE_CHECKING:
+    from fieldcam.values import StereoPair
     from fieldcam.vision.segmentation import Segmenter
     from fieldcam.vision.stereo import StereoMatcher
 
@@ -21,15 +26,34 @@ def checked_models(data: Path | None) -> Models:
     return models
 
 
-def check_network(role: Role, path: Path) -> None:
-    """Raise unless the file is a network that can take this role."""
-    from fieldcam.vision import raft, segmentation
-    from fieldcam.vision.onnx_session import OnnxModel
+def check_network(model: ModelFile, source: Path) -> None:
+    """Raise unless a file alone, without those beside it, is a network that can be used."""
+    from fieldcam.cli.self_test import drawn_pair
+    from fieldcam.vision.trial import try_network
 
-    if not path.is_file() or path.stat().st_size == 0:
-        return  # `add_model` says what is wrong with it
-    signature = segmentation.SIGNATURE if role is Role.SEGMENTATION else raft.SIGNATURE
-    OnnxModel(path, signature).warm_up()
+    with TemporaryDirectory() as folder:
+        copy = Path(folder) / source.name
+        copyfile(source, copy)
+        pair = drawn_pair()
+        try:
+            try_network(replace(model, path=copy), pair)
+        except ModelMissing as error:
+            if _works(replace(model, path=source), pair):
+                raise ModelMissing(
+                    f"{source.name} keeps its weights in other files beside it.",
+                    "Export it as one file.",
+                ) from error
+            raise
+
+
+def _works(model: ModelFile, pair: StereoPair) -> bool:
+    from fieldcam.vision.trial import try_network
+
+    try:
+        try_network(model, pair)
+    except ModelMissing:
+        return False
+    return True
 
 
 def open_segmenter(models: Models) -> Segmenter:

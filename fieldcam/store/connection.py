@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
+from uuid import uuid4
 
 from sqlite_utils import Database
 
@@ -50,6 +51,25 @@ def connect(path: Path, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Database:
             database.close()
             raise
     return database
+
+
+def check_disk(folder: Path) -> None:
+    """Raise StorageError where a database could not be kept in this folder.
+
+    Writes one, with a row in its log, and deletes it.
+    """
+    path = folder / f".probe-{uuid4().hex}.db"
+    try:
+        database = connect(path)
+        try:
+            with storage_errors(path):
+                database.execute("CREATE TABLE probe (written)")
+        finally:
+            database.close()
+    finally:
+        for end in ("", "-wal", "-shm"):
+            with suppress(OSError):
+                path.with_name(path.name + end).unlink(missing_ok=True)
 
 
 def connect_read_only(path: Path, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Database:

@@ -17,6 +17,7 @@ from onnxruntime.capi.onnxruntime_pybind11_state import (
     InvalidGraph,
     InvalidProtobuf,
     NoSuchFile,
+    RuntimeException,
 )
 from onnxruntime.capi.onnxruntime_pybind11_state import (
     NotImplemented as OperatorMissing,
@@ -62,7 +63,14 @@ class OnnxModel:
         """Run the network; outputs are keyed by their names in the graph."""
         session = self._session
         names = [output.name for output in session.get_outputs()]
-        return dict(zip(names, session.run(names, dict(inputs)), strict=True))
+        try:
+            given = session.run(names, dict(inputs))
+        except (Fail, InvalidArgument, RuntimeException) as error:
+            raise ModelMissing(
+                f"{self.path.name} cannot take a picture of this size.",
+                "Export it for pictures of any size.",
+            ) from error
+        return dict(zip(names, given, strict=True))
 
     def warm_up(self) -> None:
         """Open the file now, so that the first picture does not wait for it."""
