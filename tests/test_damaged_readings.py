@@ -17,7 +17,7 @@ from stored_walks import MadeWalk, small_store
 
 from fieldcam.cli.main import main
 from fieldcam.errors import ExitCode, ReadingDamaged
-from fieldcam.session.events import Done, StorageTrouble
+from fieldcam.session.events import Damaged, Done
 from fieldcam.session.state import Stage
 from fieldcam.store.connection import rows
 from fieldcam.store.read_only import open_read_only
@@ -111,10 +111,10 @@ def test_damage_in_the_middle_of_a_walk_stops_no_screen(tmp_path: Path) -> None:
             )
         )
         assert state.waiting == 1
-        told = [
-            event.error.message for event in walk.heard.events if isinstance(event, StorageTrouble)
+        told = [each.sentence for each in walk.heard.events if isinstance(each, Damaged)]
+        assert told == [
+            "The reading of tag 11 on 21 May 2026, view 1 is damaged. Its picture is read again."
         ]
-        assert told == ["The reading of tag 11 on 21 May 2026, view 1 is damaged."]
 
 
 @settings(max_examples=50)

@@ -49,6 +49,13 @@ class StorageTrouble:
 
 
 @dataclass(frozen=True, slots=True)
+class Damaged:
+    """Something that was stored before is not what was written."""
+
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True)
 class VerdictReady:
     """A saved picture was read."""
 
@@ -118,6 +125,7 @@ class Changed:
 ShutterEvent = CameraReady | CameraTrouble | Saved | StorageTrouble
 LiveEvent = (
     ShutterEvent
+    | Damaged
     | VerdictReady
     | AnalysisTrouble
     | Done

@@ -24,6 +24,7 @@ from fieldcam.session.book import WalkBook
 from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.doubt import Doubtful, NewDay, NotNow
 from fieldcam.session.fruit_book import FruitBook
+from fieldcam.session.old_files import OldFiles
 from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.reading import Analysis, Readings
 from fieldcam.session.shutter import Shot, Shutter
@@ -82,6 +83,7 @@ class LiveWalk:
         )
         self._inbox.put(partial(self._readings.take_up, again=False))
         file = PreviewFile(preview_folder(store.folder.path))
+        self._old_files = OldFiles(store.folder.path, listener)
         self._aiming = Aiming(file, self._analysis, listener, calibration)
         self._thread = threading.Thread(target=self._run, name="walk", daemon=True)
         self._thread.start()
@@ -193,6 +195,7 @@ class LiveWalk:
 
     def close(self) -> None:
         """Save what was asked for, then end; pictures without a reading wait in the store."""
+        self._old_files.close()
         self._shutter.close()
         self._analysis.close()
         self._inbox.put(None)
@@ -257,7 +260,7 @@ class LiveWalk:
 
     def _leave_out(self, damage: ReadingDamaged) -> None:
         """A reading that turned out to be damaged, and have its picture read again."""
-        self._tell(events.StorageTrouble(damage))
+        self._tell(events.Damaged(f"{damage.message} Its picture is read again."))
         self._store.undo(damage.reading, why=WHY)
         self._readings.take_up(again=False)
         self._inbox.put(_nothing)

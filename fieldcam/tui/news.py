@@ -28,6 +28,8 @@ def news(event: events.LiveEvent, state: WalkState | None = None) -> News | None
             return News(sentence)
         case events.Refused(sentence):
             return News(sentence, bad=True)
+        case events.Damaged(sentence):
+            return News(sentence, bad=True, tune=Tune.BAD)
         case events.Saved(_, tag_id, duration_ms):
             return News(f"{_name(tag_id)} saved ({duration_ms:.0f} ms).")
         case events.VerdictReady(capture, tag_id, verdict, duration_ms, more):
