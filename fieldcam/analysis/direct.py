@@ -49,7 +49,7 @@ class DirectAnalyst:
             return own_camera(saved.calibration, size_px)
         if self._camera is None:
             raise CalibrationInvalid(
-                f"Capture {saved.key} came without a calibration.",
+                "The picture came without a calibration.",
                 "Calibrate the camera: `fieldcam calibrate`.",
             )
         return self._camera

@@ -149,7 +149,9 @@ def _walk(arguments: argparse.Namespace, block: Block) -> Iterator[_Stop]:
 
 def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredVisit]:
     """One visit of the block for each day."""
+    from fieldcam.calibration.rectified_file import rectified_file
     from fieldcam.session.recording import StoredVisit
+    from fieldcam.simulator import calibration_of
     from fieldcam.simulator.capture import FIRST_DAY
     from fieldcam.store import orchard_rows
 
@@ -157,8 +159,10 @@ def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredV
     name = f"Row {block.seed}, {clusters}, walked without a screen"
     store.sign_in("demo")
     stored = store.block(orchard_rows.Block(name))
+    calibration = store.keep_calibration(rectified_file(calibration_of(block)))
     for day in days:
-        yield StoredVisit(store, store.visit(stored, (FIRST_DAY + timedelta(days=day)).date()))
+        visit = store.visit(stored, (FIRST_DAY + timedelta(days=day)).date())
+        yield StoredVisit(store, visit, calibration)
 
 
 def _walk_once(

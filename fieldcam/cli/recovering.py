@@ -44,7 +44,7 @@ def _recover(arguments: argparse.Namespace) -> None:
 
 def _read(path: Path) -> tuple[CaughtUp, ...]:
     """Every picture that waits, with the networks that are installed."""
-    from fieldcam.session.catching_up import catch_up
+    from fieldcam.session.catching_up import catch_up, simulated_camera
     from fieldcam.store.folder import known_data_folder
     from fieldcam.store.resuming import waiting_for_analysis
     from fieldcam.store.store import open_unchecked
@@ -53,7 +53,7 @@ def _read(path: Path) -> tuple[CaughtUp, ...]:
         waiting = len(waiting_for_analysis(store.database))
         if not waiting:
             return ()
-        with open_analyst(None, path, path) as analyst:
+        with open_analyst(simulated_camera(store), path, path) as analyst:
             return tuple(progress(catch_up(store, analyst), waiting, "picture"))
 
 

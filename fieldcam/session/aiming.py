@@ -11,7 +11,7 @@ from typing import Protocol
 
 from fieldcam.camera.preview import Preview
 from fieldcam.errors import FieldcamError
-from fieldcam.session.calibrating import OwnCalibration
+from fieldcam.session.calibrating import CameraCalibration
 from fieldcam.session.cue import Cue, cue_of
 from fieldcam.session.events import Listener, Previewed
 from fieldcam.session.preview_file import PreviewFile
@@ -36,7 +36,7 @@ class Aiming:
         file: PreviewFile,
         looker: Looker,
         tell: Listener,
-        calibration: OwnCalibration | None = None,
+        calibration: CameraCalibration | None = None,
     ) -> None:
         """`calibration` goes with each preview, where the looker does not know the camera."""
         self._file, self._looker, self._tell = file, looker, tell

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fieldcam.calibration.readers import load_camera
+from fieldcam.calibration.rectified_file import rectified_file
 from fieldcam.calibration.sources import open_documents
 from fieldcam.errors import CalibrationInvalid, FieldcamError, StorageError
 from fieldcam.foreign.bounds import CALIBRATION
@@ -17,6 +18,7 @@ from fieldcam.foreign.files import read_foreign
 from fieldcam.store.calibrations import calibration_in_use
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.store import Store
+from fieldcam.values import Calibration
 
 MISSING = (
     "The camera is not calibrated yet: pictures are saved, and read once `fieldcam calibrate`"
@@ -103,6 +105,39 @@ class OwnCalibration:
         except CalibrationInvalid as error:
             return Found(problem=_waiting(error))
         return Found(self._store.keep_calibration(content), serials=serials)
+
+
+@dataclass(frozen=True, slots=True)
+class KnownCalibration:
+    """That of a camera which is known beforehand, such as a simulated one."""
+
+    name: str
+    """Of the kept file."""
+    file: Path
+    problem: str = ""
+
+    def doubt(self, serials: tuple[str, str]) -> str:
+        """It fits whatever head there is."""
+        return ""
+
+    def completed(self, saved: SavedCapture) -> SavedCapture:
+        """With its own calibration, else with this one."""
+        return saved if saved.calibration is not None else replace(saved, calibration=self.file)
+
+
+CameraCalibration = OwnCalibration | KnownCalibration
+
+
+def keep_known(store: Store, camera: Calibration | Path | None) -> KnownCalibration | None:
+    """Keep what describes a camera in one file; None where nothing does, or only a folder."""
+    if isinstance(camera, Calibration):
+        content: bytes | None = rectified_file(camera)
+    else:
+        content = None if camera is None else _read(camera)
+    if content is None:
+        return None
+    name = store.keep_calibration(content)
+    return KnownCalibration(name, store.objects.path(name))
 
 
 def _waiting(error: FieldcamError) -> str:

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from time import perf_counter
 
-from fieldcam.errors import AnalysisOff, FieldcamError
+from fieldcam.errors import AnalysisOff, FieldcamError, ReadingDamaged
+from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.learning import learned
 from fieldcam.session.viewing import WalkView, expected_at
 from fieldcam.session.walk import Analyst
+from fieldcam.store.connection import rows
+from fieldcam.store.folder import DataKind
 from fieldcam.store.imports import failed_alike
 from fieldcam.store.judgement_rows import Action, Decision
 from fieldcam.store.lookups import row_of
-from fieldcam.store.readings import reading_row
+from fieldcam.store.readings import reading_row, stored_reading
 from fieldcam.store.resuming import Waiting, waiting_for_analysis
 from fieldcam.store.rows import Row
 from fieldcam.store.store import Store
 from fieldcam.store.walk_rows import AnalysisFailure
-from fieldcam.values import ClusterReading, Expectation, Status
+from fieldcam.values import Calibration, ClusterReading, Expectation, Status
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +35,20 @@ class CaughtUp:
 
 
 def catch_up(store: Store, analyst: Analyst) -> Iterator[CaughtUp]:
-    """One outcome for each; an imported picture without a doubt is accepted, as by an import."""
+    """One outcome for each; an imported picture without a doubt is accepted, as by an import.
+
+    Of a head in the field the calibration in use stands in where a picture has none.
+    """
+    own = OwnCalibration(store) if store.folder.kind is DataKind.FIELD else None
     for picture in waiting_for_analysis(store.database):
+        saved = picture.saved if own is None else own.completed(picture.saved)
+        if own is not None and saved is None:
+            yield CaughtUp(picture.tag_expected, own.problem)
+        if saved is None:
+            continue
         started = perf_counter()
         try:
-            reading = analyst.analyse(picture.saved, _expectation(store, picture))
+            reading = analyst.analyse(saved, _expectation(store, picture))
         except AnalysisOff:
             raise
         except FieldcamError as error:
@@ -49,6 +62,20 @@ def catch_up(store: Store, analyst: Analyst) -> Iterator[CaughtUp]:
             *_accepted(store, picture, reading),
         )
         yield CaughtUp(picture.tag_expected)
+
+
+def simulated_camera(store: Store) -> Calibration | None:
+    """That of the newest sound reading, for simulated pictures, all of which are rectified.
+
+    An early version kept no calibration with them.
+    """
+    if store.folder.kind is not DataKind.SIMULATED:
+        return None
+    sql = "SELECT id FROM reading JOIN standing USING (id) ORDER BY turn DESC"
+    for row in rows(store.database, sql):
+        with suppress(ReadingDamaged):
+            return stored_reading(store.database, row["id"]).calibration
+    return None
 
 
 def _expectation(store: Store, picture: Waiting) -> Expectation:

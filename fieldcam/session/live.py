@@ -21,7 +21,7 @@ from fieldcam.growth.places import Place, Word
 from fieldcam.session import events
 from fieldcam.session.aiming import Aiming
 from fieldcam.session.book import WalkBook
-from fieldcam.session.calibrating import OwnCalibration
+from fieldcam.session.calibrating import CameraCalibration
 from fieldcam.session.doubt import Doubtful, NewDay, NotNow
 from fieldcam.session.fruit_book import FruitBook
 from fieldcam.session.old_files import OldFiles
@@ -55,7 +55,7 @@ class LiveWalk:
         start_analysis: Callable[[Callable[[Status], None]], Analysis],
         listener: events.Listener,
         deadline_s: float = DEADLINE_S,
-        calibration: OwnCalibration | None = None,
+        calibration: CameraCalibration | None = None,
         day_question: Callable[[], str | None] = _no_question,
     ) -> None:
         """`start_analysis` is given what wants to hear of the analysis's status.

@@ -22,6 +22,8 @@ class StoredVisit:
 
     store: Store
     visit: EntryId
+    calibration: str | None = None
+    """The kept file of what its pictures are taken with, where that is known."""
 
     def expectation(self, tag_id: int) -> Expectation:
         """What is known about a cluster from its last accepted visit."""
@@ -30,7 +32,11 @@ class StoredVisit:
     def save(self, raw: RawPair, expectation: Expectation) -> SavedCapture:
         """Make the pair durable; the shutter's time is that of this call."""
         return self.store.save(
-            raw, visit=self.visit, tag_expected=expectation.tag_id, shutter=now()
+            raw,
+            visit=self.visit,
+            tag_expected=expectation.tag_id,
+            shutter=now(),
+            calibration=self.calibration,
         )
 
     def keep(self, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:

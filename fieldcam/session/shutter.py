@@ -17,7 +17,7 @@ from time import perf_counter
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import FieldcamError, FlashMissing, FrameIncomplete
 from fieldcam.session.aiming import Aiming
-from fieldcam.session.calibrating import OwnCalibration
+from fieldcam.session.calibrating import CameraCalibration
 from fieldcam.session.events import CameraReady, CameraTrouble, Saved, ShutterEvent, StorageTrouble
 from fieldcam.session.viewing import Place
 from fieldcam.store.captures import SavedCapture
@@ -64,7 +64,7 @@ class Shutter:
         pressed: Callable[[], None],
         aiming: Aiming,
         deadline_s: float,
-        calibration: OwnCalibration | None = None,
+        calibration: CameraCalibration | None = None,
     ) -> None:
         """`pressed` is called when the camera's own shutter is.
 

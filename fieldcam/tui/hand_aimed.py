@@ -8,6 +8,7 @@ from functools import partial
 from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.status import Limits
 from fieldcam.camera.aimed import AimedCamera, Mishap
+from fieldcam.session.calibrating import keep_known
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.rows import EntryId
@@ -52,7 +53,9 @@ def start_walk(
             camera.aim(event.state.tag_id)
         listener(event)
 
-    return Rig(camera.open, setup, LIMITS, DEADLINE_S).walk(store, visit, aim_and_tell)
+    calibration = keep_known(store, setup.camera)
+    rig = Rig(camera.open, setup, LIMITS, DEADLINE_S, calibration)
+    return rig.walk(store, visit, aim_and_tell)
 
 
 def tricks(camera: AimedCamera, mishaps: Iterable[Mishap]) -> tuple[Trick, ...]:

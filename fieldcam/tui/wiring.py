@@ -15,7 +15,7 @@ from fieldcam.analysis.status import Limits
 from fieldcam.analysis.supervisor import DEFAULTS, Supervisor
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.models import Models
-from fieldcam.session.calibrating import OwnCalibration
+from fieldcam.session.calibrating import CameraCalibration
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.setting_up import SetUp
@@ -47,7 +47,7 @@ class Rig:
     limits: Limits = DEFAULTS
     deadline_s: float = DEADLINE_S
     """How long a pair may take to arrive."""
-    calibration: OwnCalibration | None = None
+    calibration: CameraCalibration | None = None
     """Goes with each picture; None where `setup` describes the camera."""
 
     def walk(
