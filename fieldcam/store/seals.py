@@ -26,9 +26,10 @@ _COLUMNS = ", ".join(
     f"CASE typeof({name}) WHEN 'text' THEN CAST({name} AS BLOB) ELSE {name} END AS {name}"
     for name in (*SEALED_COLUMNS, "sha256")
 )
-_SOUND_JSON = " AND ".join(
+_SOUND = "sha256 IS NOT NULL OR " + " AND ".join(
     f"json_valid({name})" for name in ("document", "sizes", "reasons", "models")
 )
+"""Of a row without a checksum; of others the checksum tells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,8 @@ def damaged_readings(database: Database) -> tuple[DamagedReading, ...]:
 
 def leave_out(database: Database, device: EntryId, found: Sequence[DamagedReading]) -> None:
     """Let them count no more, so that their pictures have no reading."""
-    append(database, device, *(Undo(each.id) for each in found), why=WHY)
+    if found:
+        append(database, device, *(Undo(each.id) for each in found), why=WHY)
 
 
 def damage_sentence(found: Sequence[DamagedReading]) -> str:
@@ -61,7 +63,7 @@ def damage_sentence(found: Sequence[DamagedReading]) -> str:
 
 def sealed_document(database: Database, key: EntryId) -> str:
     """The document of a reading; raises ReadingDamaged where its row is not what was written."""
-    found = _rows(database, f"SELECT {_COLUMNS}, {_SOUND_JSON} AS sound FROM reading", key)
+    found = _rows(database, f"SELECT {_COLUMNS}, ({_SOUND}) AS sound FROM reading", key)
     if not all(_is_sound(row) for row in found):
         raise damaged(database, key)
     # Without a row there is none to be damaged.
@@ -78,7 +80,7 @@ def damaged(database: Database, key: EntryId) -> ReadingDamaged:
 
 
 def _damaged(database: Database) -> Iterator[EntryId]:
-    sql = f"SELECT id, {_COLUMNS}, {_SOUND_JSON} AS sound FROM reading JOIN standing USING (id)"
+    sql = f"SELECT id, {_COLUMNS}, ({_SOUND}) AS sound FROM reading JOIN standing USING (id)"
     with storage_errors(database_path(database)):
         for row in database.query(sql):
             if not _is_sound(row):

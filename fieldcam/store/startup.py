@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -100,7 +101,8 @@ def startup_check(store: Store, clock: Clock = now) -> StartupReport:
 def leave_out_damaged(store: Store) -> tuple[DamagedReading, ...]:
     """Readings that are damaged, which count no more once this returns."""
     found = damaged_readings(store.database)
-    if found:
+    # On a full disk they are left out where they are met.
+    with suppress(StorageFull):
         store.together(leave_out, store.database, store.identity.device, found)
     return found
 
