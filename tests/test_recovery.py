@@ -30,6 +30,7 @@ from fieldcam.store.integrity import full_check, rehash
 from fieldcam.store.orchard_rows import Block
 from fieldcam.store.read_only import open_read_only
 from fieldcam.store.recovery import recover
+from fieldcam.store.startup import startup_check
 from fieldcam.store.store import DATABASE_NAME, open_store
 from fieldcam.store.walk_rows import Capture
 
@@ -143,6 +144,23 @@ def test_the_last_rows_of_a_copy_are_missed_too(tmp_path: Path) -> None:
         shutil.copytree(tmp_path / "data", tmp_path / "card", ignore=left)
     with pytest.raises(RowsLost, match="has no row for 3 of them"):
         open_store(tmp_path / "card", DataKind.FIELD)
+
+
+def test_what_many_crashes_left_is_no_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Several programs that wrote were killed; the log that they left is there."""
+    with small_store(tmp_path / "data") as store:
+        MadeWalk(store)
+        with monkeypatch.context() as patch:
+            patch.setattr(store, "append", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+            for seed in range(4):
+                with pytest.raises(KeyboardInterrupt):
+                    store.save(raw_pair(seed))
+        left = shutil.ignore_patterns("*-shm")
+        shutil.copytree(tmp_path / "data", tmp_path / "left", ignore=left)
+    with open_store(tmp_path / "left", DataKind.FIELD) as store:
+        assert len(startup_check(store).taken_up.captures) == 4
 
 
 def test_a_pair_that_a_crash_left_is_no_reason(

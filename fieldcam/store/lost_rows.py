@@ -24,12 +24,17 @@ IMAGES_OF = "SELECT left_file AS name FROM capture UNION SELECT right_file FROM 
 
 
 def check_rows(path: Path, database_name: str) -> None:
-    """Raises RowsLost where many pictures of the data folder at `path` have no row."""
+    """Raises RowsLost where many pictures of the data folder at `path` have no row.
+
+    With the log beside it the database is whole: what has no row then, crashes left behind.
+    """
     objects, file = Objects(path), path / database_name
     images = {found.name for found in objects.names() if _is_image(found)}
     if not images:
         return
     known = _known(file)
+    if known is not None and _has_log(file):
+        return
     lost = images if known is None else images - known
     few = 0 if known is None else MOST_LEFT
     if len(lost) <= few or not _more_intact(objects, lost, few):
@@ -45,14 +50,23 @@ _HINT = (
 
 def _seen(path: Path, file: Path, lost: int, images: int) -> str:
     pictures = number_of((images + 1) // 2, "picture")
-    log = f"{file.name}-wal"
+    log = _log(file).name
     if not file.is_file():
         return f"{path} holds {pictures} and no database: is {file.name}, with {log}, missing?"
     which = "any" if lost == images else str((lost + 1) // 2)
     seen = f"{path} holds {pictures}, and {file.name} has no row for {which} of them:"
-    if file.with_name(log).exists():
-        return f"{seen} is it the database of this folder?"
     return f"{seen} was {log} beside it, and was it copied too?"
+
+
+def _log(file: Path) -> Path:
+    return file.with_name(f"{file.name}-wal")
+
+
+def _has_log(file: Path) -> bool:
+    try:
+        return _log(file).stat().st_size > 0
+    except OSError:
+        return False
 
 
 def _is_image(path: Path) -> bool:
