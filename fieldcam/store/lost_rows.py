@@ -6,6 +6,7 @@ or all of them; going on with it would hide them for good.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import closing
 from itertools import islice
@@ -15,6 +16,7 @@ from sqlite_utils import Database
 
 from fieldcam.errors import RowsLost
 from fieldcam.store.connection import connect_untouched, rows
+from fieldcam.store.facts import all_facts
 from fieldcam.store.objects import CALIBRATION_SUFFIX, FACTS_SUFFIX, Objects
 from fieldcam.words import number_of
 
@@ -35,8 +37,10 @@ def check_rows(path: Path, database_name: str) -> None:
     known = _known(file)
     if known is not None and _has_log(file):
         return
-    lost = images if known is None else images - known
     few = 0 if known is None else MOST_LEFT
+    lost = images if known is None else images - known
+    if known is not None and len(lost) > few:
+        lost = _of_pairs(objects, lost)
     if len(lost) <= few or not _more_intact(objects, lost, few):
         return
     raise RowsLost(_seen(path, file, len(lost), len(images)), _HINT)
@@ -71,6 +75,21 @@ def _has_log(file: Path) -> bool:
 
 def _is_image(path: Path) -> bool:
     return path.suffix not in (CALIBRATION_SUFFIX, FACTS_SUFFIX)
+
+
+def _of_pairs(objects: Objects, names: set[str]) -> set[str]:
+    """Those that are of captures: facts name them, or others are as large, as of one camera.
+
+    Single images are what a full disk left.
+    """
+    named = {
+        name
+        for facts in all_facts(objects)
+        for name in (facts.capture.left_file, facts.capture.right_file)
+    }
+    sizes = {name: objects.path(name).stat().st_size for name in names}
+    alike = Counter(sizes.values())
+    return {name for name in names if name in named or alike[sizes[name]] > 1}
 
 
 def _more_intact(objects: Objects, names: set[str], few: int) -> bool:
