@@ -34,7 +34,7 @@ from fieldcam.tui.device_words import (
     disk_fact,
 )
 from fieldcam.tui.histogram import histogram
-from fieldcam.tui.history_words import day_lines
+from fieldcam.tui.history_words import day_lines, picture_line
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 
@@ -106,14 +106,14 @@ def test_pictures_are_gone_through_in_a_circle(past: Past) -> None:
         await driven.press("v")
         seen = []
         for _ in range(4):
-            found = re.search(r"Picture (\d/\d) .* (\w+)$", driven.text, re.MULTILINE)
+            found = re.search(r"Picture (\d/\d)   \w+   ([\w ]+?)   \d", driven.text)
             assert found is not None
             seen.append(found.groups())
             await driven.press("left")
         assert seen == [
             ("3/3", "accepted"),
             ("2/3", "accepted"),
-            ("1/3", "again"),
+            ("1/3", "to be taken again"),
             ("3/3", "accepted"),
         ]
         await driven.press("right")
@@ -151,6 +151,15 @@ def test_a_picture_without_a_decision_is_decided_on_walk(past: Past) -> None:
 
     asked = drive(SMALL, script).walk.asked
     assert [each[0] for each in asked] == ["go_to", "accept_picture"]
+
+
+@pytest.mark.parametrize("view", [1, 12])
+def test_what_decides_is_not_cut_in_80_columns(past: Past, view: int) -> None:
+    record = past.state.shown.record if past.state.shown is not None else None
+    assert record is not None
+    longest = replace(record, view=view, retake_of="another", action=None)
+    line = picture_line(longest, 12, 12)
+    assert "not decided: Enter goes to Walk" in line[:79]
 
 
 def test_what_was_marked_is_shown(past: Past) -> None:
