@@ -129,7 +129,7 @@ class NotedWalk:
     def accept_picture(self, capture: EntryId) -> None:
         self.asked.append(("accept_picture", capture))
 
-    def tell_missing(self, capture: EntryId, place: Place, answer: Answer) -> None:
+    def tell_missing(self, capture: EntryId, place: Place | None, answer: Answer) -> None:
         self.asked.append(("tell_missing", capture, place, answer))
 
     def correct_tag(self, tag_id: int) -> None:

@@ -36,7 +36,7 @@ from fieldcam.session.state import CameraState, Stage, WalkState
 from fieldcam.store.connection import rows
 from fieldcam.store.counted import counted_visits
 from fieldcam.store.history import cluster_history, visit_captures
-from fieldcam.store.judgement_rows import Answer, MarkKind
+from fieldcam.store.judgement_rows import Action, Answer, MarkKind
 from fieldcam.store.orchard_rows import Route
 from fieldcam.store.rows import EntryId
 from fieldcam.store.walks import ClusterState, expectation
@@ -312,6 +312,37 @@ def test_each_missing_fruitlet_has_an_answer_of_its_own(later: Walked) -> None:
     assert undone.sentence == "Undone: the decision and the answer and the mark on tag 11."
     assert (state.tag_id, state.missing, state.told) == (11, 2, 1)
     assert expectation(later.store.database, later.made.visit(9), 11).fruitlets == 5
+
+
+def test_a_missing_fruitlet_without_a_place_is_told_too(later: Walked) -> None:
+    later.start()
+    state = later.shoot(read(11, fruitlets=4, status=CONFIRM, code=ReasonCode.FEWER_THAN_BEFORE))
+    assert state.shown is not None
+    capture = state.shown.id
+    done, state = later.after(lambda: later.live.tell_missing(capture, None, Answer.HIDDEN), Done)
+    assert done.sentence == "Tag 11 accepted: all that is missing is told."
+    (*_, visit) = counted_visits(later.store.database, state.route.block, 11)
+    assert (visit.hidden, visit.told) == (1, ())
+
+
+def test_pictures_of_earlier_visits_are_decided_on(later: Walked) -> None:
+    """As an import leaves them: the walk stands elsewhere, on another day."""
+    made, block = later.made, later.made.block
+    visit = made.visit(1)
+    fewer, whole = made.take(visit, 11).key, made.take(visit, 12).key
+    made.read(fewer, 11, 4)
+    made.read(whole, 12, 5)
+    later.start()
+    refused, _ = later.after(lambda: later.live.accept_picture(fewer), Refused)
+    assert "1 fruitlet missing" in refused.sentence
+    place = Place(earlier_reading(later), 4)
+    later.after(lambda: later.live.tell_missing(fewer, place, Answer.FALLEN), Done)
+    done, state = later.after(lambda: later.live.accept_picture(whole), Done)
+    assert (done.sentence, state.tag_id) == ("Tag 12 accepted.", 11)
+    history = cluster_history(later.store.database, block, 12)
+    assert history[-1].action is Action.ACCEPT
+    (_, told) = counted_visits(later.store.database, block, 11)
+    assert (told.fallen, [word.fruitlet for word in told.told]) == (1, [4])
 
 
 def earlier_reading(walk: Walked) -> EntryId:

@@ -12,7 +12,7 @@ from screens import LARGE, SMALL, Driven, drive
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.growth.places import Place, Track
-from fieldcam.session.events import Refused, VerdictReady
+from fieldcam.session.events import Done, Refused, VerdictReady
 from fieldcam.session.growing import FollowedCluster
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
@@ -84,6 +84,36 @@ def test_two_days_opens_from_confirm_for_the_picture_that_is_not_decided(
         ("tell_missing", asked.capture, asked.place(3), Answer.FALLEN),
         ("tell_missing", asked.capture, asked.place(4), Answer.HIDDEN),
     ]
+
+
+def test_one_that_has_no_row_is_told_too(asked: Asked, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where the earlier picture shows it without depth."""
+
+    def without_e(cluster: FollowedCluster) -> tuple[Track, ...]:
+        return tracked_by_id(cluster)[:3]
+
+    monkeypatch.setattr("fieldcam.tui.followed.tracks_of", without_e)
+
+    async def script(driven: Driven) -> None:
+        await driven.tell(asked.state())
+        await driven.press("2")
+        assert "has no row" in driven.text
+        await driven.press("h")
+
+    asked_for = drive(SMALL, script).walk.asked
+    assert asked_for == [("tell_missing", asked.capture, None, Answer.HIDDEN)]
+
+
+def test_after_the_last_answer_the_walk_goes_on(asked: Asked) -> None:
+    async def script(driven: Driven) -> None:
+        await driven.tell(asked.state())
+        await driven.press("2")
+        await driven.tell(asked.state())
+        assert driven.text.startswith(" Two days")
+        await driven.tell(Done("Tag 11 accepted."), replace(asked.state(), tag_id=12, shown=None))
+        assert driven.text.startswith(" Walk") and "Tag 11 accepted." in driven.text
+
+    drive(SMALL, script)
 
 
 def test_the_button_leads_there_too(asked: Asked) -> None:

@@ -102,24 +102,24 @@ class WalkBook:
         self.view.store.append(FruitletMark.on_cluster(MARKS[answer], self.view.visit, tag_id))
         return f"One fruitlet of tag {tag_id} marked {answer}."
 
-    def tell_missing(self, capture: EntryId, place: Place, answer: Answer) -> str:
+    def tell_missing(self, capture: EntryId, place: Place | None, answer: Answer) -> str:
         """One answer for one fruitlet that a picture of any visit does not show.
 
-        With the last one the picture counts.
+        `place` is where an earlier picture shows it; None where that has no depth. With the
+        last one the picture counts.
         """
         database = self.view.store.database
         record, visit, tag_id = self._open_question(capture)
         words = missing_words(database, visit, tag_id)
-        if any((word.reading, word.fruitlet) == (place.reading, place.fruitlet) for word in words):
+        if place in {Place(word.reading, word.fruitlet) for word in words}:
             raise NotNow("That was told already: U on Walk takes the last answer back.")
         marks = self.view.marks(tag_id, visit)
         left = self._left_to_tell(record, visit, tag_id) - 1
         if left < 0:
             raise NotNow("No fruitlet is missing: F and H are for those that no picture shows.")
-        rows: list[Row] = [
-            MissingWord(visit, tag_id, place.reading, place.fruitlet, answer),
-            FruitletMark.on_cluster(MARKS[answer], visit, tag_id),
-        ]
+        rows: list[Row] = [FruitletMark.on_cluster(MARKS[answer], visit, tag_id)]
+        if place is not None:
+            rows.insert(0, MissingWord(visit, tag_id, place.reading, place.fruitlet, answer))
         if left:
             self.view.store.append(*rows)
             return f"Told: {answer}. {number_of(left, 'fruitlet')} left to tell."

@@ -129,7 +129,7 @@ class LiveWalk:
         """Of any visit, before whose cluster nobody may stand now."""
         self._write(partial(self._book.accept_picture, capture))
 
-    def tell_missing(self, capture: EntryId, place: Place, answer: Answer) -> None:
+    def tell_missing(self, capture: EntryId, place: Place | None, answer: Answer) -> None:
         """Say of one fruitlet of an earlier picture why this one does not show it."""
         self._write(partial(self._book.tell_missing, capture, place, answer))
 

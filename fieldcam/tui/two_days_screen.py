@@ -34,6 +34,7 @@ LOOKING = "Looking for each fruitlet on the other days."
 TOO_FEW = "There are no two accepted pictures of this cluster to compare yet."
 HINT = "1-9: the chosen one (>) is this one on the other side; 0: it is not there."
 QUESTION = "The chosen one (>): F it has fallen, H it is hidden. R on Walk: take it again."
+WITHOUT_ROW = "One without depth is missing, which has no row: F it has fallen, H it is hidden."
 NO_OTHER_DAYS = "This cluster has no pictures of other days."
 NO_OTHER_VIEWS = "There are no other pictures of these days."
 NOTHING = "These two are not one of each picture: a match needs one on either side."
@@ -93,7 +94,12 @@ class TwoDaysScreen(ClusterPage):
         yield Static(id="said", markup=False)
 
     def show(self, state: WalkState) -> None:
+        walked_on = self.state is not None and self.state.tag_id != state.tag_id
         super().show(state)
+        if walked_on and self._over_walk and self.looks_at is None and self.app.screen is self:
+            # The last answer was given: the walk stands before another cluster.
+            self.app.pop_screen()
+            return
         self.set_class(self.pictures is Pictures.NONE, "-words")
         self.set_class(self.app.size.height >= TALL, "-tall")
         self.look_up(
@@ -150,6 +156,9 @@ class TwoDaysScreen(ClusterPage):
         row = next((row for row in self._rows if row.number == self._number), None)
         if not self._pairs or row is None:
             return
+        if self._left and not self._untold:
+            self.walk.tell_missing(self._pairs[self._pair][1].id, None, Answer(answer))
+            return
         if row.one is None or not row.missing:
             self.hear(News(f"{row.number} is not missing: up and down choose one.", bad=True))
             return
@@ -188,6 +197,11 @@ class TwoDaysScreen(ClusterPage):
         if self._followed is None or not self._pairs:
             return 0
         return self._followed.left.get(self._pairs[self._pair][1].id, 0)
+
+    @property
+    def _untold(self) -> bool:
+        """Whether a row is missing and waits for its answer; one without depth has no row."""
+        return any(row.missing and row.told is None for row in self._rows)
 
     @property
     def _rows(self) -> tuple[PairRow, ...]:
@@ -249,7 +263,8 @@ class TwoDaysScreen(ClusterPage):
         self.query_one(PictureView).draw(TwoStills(pair, rows, number, alone))
         lines = pair_lines(rows, pair, number, alone, asked)
         self.query_one("#pair-lines", Static).update("\n".join(lines))
-        self.query_one("#hint", Static).update(QUESTION if self._left else HINT)
+        asking = QUESTION if self._untold else WITHOUT_ROW
+        self.query_one("#hint", Static).update(asking if self._left else HINT)
         self.query_one("#pairs", Past).scroll_to(y=self._row - 1, animate=False)
 
     def _say(self, sentence: str) -> None:
@@ -257,6 +272,7 @@ class TwoDaysScreen(ClusterPage):
         heading = "" if self.tag_id is None else f"Tag {self.tag_id}"
         self.query_one("#heading", Static).update(heading)
         self.query_one(PictureView).draw(None)
+        self.query_one("#hint", Static).update(HINT)
         self.query_one("#pair-lines", Static).update(sentence)
 
 
