@@ -10,6 +10,7 @@ from typing import Any
 
 from sqlite_utils import Database
 
+from fieldcam.store.blocks import visits
 from fieldcam.store.connection import rows
 from fieldcam.store.fruit_rows import AssociationWord, MissingWord
 from fieldcam.store.judgement_rows import Answer, MarkKind
@@ -78,13 +79,20 @@ def counted_visits(
     )
 
 
-def missing_words(database: Database, visit: EntryId, tag_id: int) -> tuple[MissingWord, ...]:
-    """What stands of one cluster on one visit."""
+def missing_words(
+    database: Database, visit: EntryId, tag_id: int | None = None
+) -> tuple[MissingWord, ...]:
+    """What stands of one visit, the oldest first; of one cluster or of all."""
     sql = (
         "SELECT word.* FROM missing_word AS word JOIN standing USING (id)"
-        " WHERE word.visit = ? AND word.tag_id = ?"
+        " WHERE word.visit = ? AND coalesce(word.tag_id = ?, 1) ORDER BY standing.turn"
     )
-    return tuple(_missing_word(row) for row in rows(database, sql, visit, tag_id))
+    return tuple(
+        MissingWord(
+            row["visit"], row["tag_id"], row["reading"], row["fruitlet"], Answer(row["answer"])
+        )
+        for row in rows(database, sql, visit, tag_id)
+    )
 
 
 def unread_clusters(database: Database, block: EntryId) -> dict[date, int]:
@@ -197,20 +205,12 @@ def _cluster_marks(
 def _told(
     database: Database, block: EntryId, tag_id: int | None
 ) -> dict[tuple[int, str], list[MissingWord]]:
-    sql = (
-        "SELECT word.*, visit.day FROM missing_word AS word JOIN standing USING (id)"
-        " JOIN visit ON visit.id = word.visit"
-        " WHERE visit.block = ? AND coalesce(word.tag_id = ?, 1) ORDER BY standing.turn"
-    )
+    """By tag and day."""
     found: dict[tuple[int, str], list[MissingWord]] = {}
-    for row in rows(database, sql, block, tag_id):
-        found.setdefault((row["tag_id"], row["day"]), []).append(_missing_word(row))
+    for visit in visits(database, block):
+        for word in missing_words(database, visit.id, tag_id):
+            found.setdefault((word.tag_id, visit.day.isoformat()), []).append(word)
     return found
-
-
-def _missing_word(row: dict[str, Any]) -> MissingWord:
-    answer = Answer(row["answer"])
-    return MissingWord(row["visit"], row["tag_id"], row["reading"], row["fruitlet"], answer)
 
 
 def _visit(
