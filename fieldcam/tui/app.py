@@ -66,7 +66,7 @@ OF_THE_WALK = (
     "restart_analysis",
 )
 WITHOUT_ROOM = ("quit", "end", "help", "help_quit")
-CALENDAR_EVERY_S = 20.0
+CALENDAR_EVERY_S = 60.0
 USUAL_LOOK = Look()
 Subject = tuple[int | None, EntryId | None, Stage | None]
 """A tag, its picture, and how far that is."""
@@ -153,7 +153,8 @@ class FieldcamApp(EndableApp[None]):
         self.theme = look.theme
 
     def on_mount(self) -> None:
-        self.set_interval(CALENDAR_EVERY_S, self._look_at_the_calendar)
+        if self._days is not None:
+            self.set_interval(CALENDAR_EVERY_S, self._look_at_the_calendar)
         self.set_keymap({"shoot": shutter_keys()})
         if self._setup is None or self._setup.visit is not None:
             self._begin_walk()
