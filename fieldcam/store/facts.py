@@ -48,7 +48,8 @@ def facts_of(
         "SELECT visit.block, visit.day, block.name, block.orchard, block.variety, block.season,"
         " (SELECT tree.label FROM cluster_now AS cluster JOIN tree ON tree.id = cluster.tree"
         " WHERE cluster.block = visit.block AND cluster.tag_id = ?) AS tree"
-        " FROM visit JOIN block_now AS block ON block.id = visit.block WHERE visit.id = ?",
+        " FROM visit_now AS visit JOIN block_now AS block ON block.id = visit.block"
+        " WHERE visit.id = ?",
         capture.tag_expected,
         capture.visit,
     )
