@@ -351,6 +351,8 @@ class ClusterReading:
     expectation: Expectation
     faint_px: tuple[tuple[float, float], ...] = ()
     """Middles (x, y) of what may be a fruitlet, but did not look enough like one."""
+    unsure_px: tuple[tuple[float, float], ...] = ()
+    """Middles (x, y) of what may be fruit of the target that was not found or not sized."""
     tag_size_error: float | None = None
     """(measured - printed) / printed side of the tag by triangulation; None where not both eyes
     saw it, or an early version read the picture."""

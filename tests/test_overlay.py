@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_readings import TAG, grey_image, made_fruitlet, made_reading
@@ -51,6 +53,19 @@ def test_target_outlines_are_drawn_and_the_rest_is_dimmed() -> None:
     assert close_to(ring, TARGET) > 40
     assert picture[200, 1300].max() < 70
     assert overlay(made_reading())[200, 1300].max() == 90
+
+
+@pytest.mark.parametrize(
+    ("code", "drawn"), [(ReasonCode.UNSURE_FRUIT, True), (ReasonCode.FEWER_THAN_BEFORE, False)]
+)
+def test_places_that_the_verdict_asks_about_are_ringed(code: ReasonCode, drawn: bool) -> None:
+    verdict = Verdict(Status.CONFIRM, (Reason(code, "2 places may be fruit."),))
+    plain = made_reading(CLUSTER, verdict)
+    asked = replace(plain, unsure_px=((480.0, 300.0),))
+    changed = (overlay(asked) != overlay(plain)).any(axis=-1)
+    x, y = round(480.5 * ZOOM), round(300.5 * ZOOM)
+    assert changed[y - 20 : y + 21, x - 20 : x + 21].any() == drawn
+    assert changed.sum() < 2000
 
 
 @pytest.mark.parametrize("status", list(Status))

@@ -112,6 +112,7 @@ READINGS = st.builds(
     ),
     expectation=st.builds(Expectation, st.none() | WHOLE, st.none() | WHOLE),
     faint_px=st.lists(points(2), max_size=2).map(tuple),
+    unsure_px=st.lists(points(2), max_size=2).map(tuple),
     timing_ms=st.dictionaries(st.text(), NUMBERS, max_size=2),
     models=st.dictionaries(st.text(), st.text(), max_size=2),
     software_version=st.text(),
@@ -230,7 +231,9 @@ def test_the_size_document_has_the_agreed_form() -> None:
 def test_a_reading_from_before_faint_places_has_none() -> None:
     document = encode_reading(replace(make_reading(), faint_px=((1.0, 2.0),)))
     del document["faint_px"]
+    del document["unsure_px"]
     assert decode_reading(document).faint_px == ()
+    assert decode_reading(document).unsure_px == ()
 
 
 def test_a_reading_from_before_uncertainties_has_none() -> None:

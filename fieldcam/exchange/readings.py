@@ -74,6 +74,7 @@ def encode_reading(reading: ClusterReading) -> Json:
         "verdict": encode_verdict(reading.verdict),
         "fruitlets": [encode_fruitlet(fruitlet) for fruitlet in reading.fruitlets],
         "faint_px": [[float(x), float(y)] for x, y in reading.faint_px],
+        "unsure_px": [[float(x), float(y)] for x, y in reading.unsure_px],
         **_known({"tag_size_error": reading.tag_size_error}),
         "window": None if reading.window is None else encode_window(reading.window),
     }
@@ -128,6 +129,7 @@ def _decode_reading(d: Mapping[str, Any]) -> ClusterReading:
             fruitlets=optional(expectation["fruitlets"], whole),
         ),
         faint_px=tuple((number(x), number(y)) for x, y in d.get("faint_px", ())),
+        unsure_px=tuple((number(x), number(y)) for x, y in d.get("unsure_px", ())),
         tag_size_error=optional(d.get("tag_size_error"), number),
         timing_ms={text(stage): number(ms) for stage, ms in d["timing_ms"].items()},
         models={text(role): text(digest) for role, digest in d["models"].items()},

@@ -12,7 +12,15 @@ import numpy as np
 
 from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface
 from fieldcam.report.labels import Placed, Wish, place_labels
-from fieldcam.values import ClusterReading, Ellipse, Fruitlet, ImageU8, Status, TagPose
+from fieldcam.values import (
+    ClusterReading,
+    Ellipse,
+    Fruitlet,
+    ImageU8,
+    ReasonCode,
+    Status,
+    TagPose,
+)
 from fieldcam.vision.outline import pixel_outline
 
 # Okabe and Ito's palette: told apart with every common colour blindness.
@@ -94,6 +102,7 @@ class _Overlay:
             self._paint_mask(look)
         for look in self._looks:
             self._paint_outline(look)
+        self._paint_unsure()
         tag_rect = self._paint_tag()
         self._paint_labels([] if tag_rect is None else [tag_rect])
         self._paint_scale_bar()
@@ -147,6 +156,19 @@ class _Overlay:
             return
         self._canvas.polyline(outline, INK, self._px(4), alpha=0.35, closed=True)
         self._canvas.polyline(outline, look.colour, self._px(2), closed=True)
+
+    def _paint_unsure(self) -> None:
+        """A ring with a question mark where the verdict asks whether there is fruit."""
+        if all(r.code is not ReasonCode.UNSURE_FRUIT for r in self._reading.verdict.reasons):
+            return
+        face, radius = self._face(17, bold=True), self._px(13)
+        for place in self._reading.unsure_px:
+            x, y = _zoomed(place, self._zoom)
+            turns = np.linspace(0, 2 * np.pi, 25)[:-1]
+            ring = [(x + radius * float(np.cos(t)), y + radius * float(np.sin(t))) for t in turns]
+            self._canvas.polyline(ring, INK, self._px(4), alpha=0.4, closed=True)
+            self._canvas.polyline(ring, PAPER, self._px(1.6), closed=True)
+            self._chip(Rect(x - radius, y - radius, x + radius, y + radius), "?", face, PAPER, 0.0)
 
     def _paint_tag(self) -> Rect | None:
         """Outline the tag; gives the rectangle that it takes with its name."""

@@ -38,6 +38,7 @@ from fieldcam.vision.covers import covers
 from fieldcam.vision.evidence import Evidence
 from fieldcam.vision.fruitlets import as_trusted, make_fruitlet
 from fieldcam.vision.judging import judge
+from fieldcam.vision.judging_doubt import unsure_places
 from fieldcam.vision.other_families import other_family
 from fieldcam.vision.quality import measure_quality
 from fieldcam.vision.raft import RaftMatcher
@@ -161,6 +162,7 @@ class Pipeline:
             verdict=verdict,
             window=window,
             faint_px=segmented.faint_px,
+            unsure_px=unsure_places(evidence),
             tag_size_error=evidence.tag_size_error,
             calibration=calibration,
             settings=settings,
