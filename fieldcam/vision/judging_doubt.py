@@ -33,7 +33,7 @@ def judge_doubt(evidence: Evidence) -> Iterator[Finding]:
     places = unsure_places(evidence)
     if len(places) > MOST_UNSURE * len(target):
         more = number_of(len(places), "place")
-        text = f"{more} beside the tag may be fruit that was not found: count them."
+        text = f"{more} beside the tag may be fruit that was not measured: count them."
         yield confirm(ReasonCode.UNSURE_FRUIT, text)
 
 
