@@ -182,8 +182,8 @@ class RowsLost(StorageError):
 class ReadingDamaged(StorageError):
     """A stored reading is not what was written; its picture can be read again."""
 
-    def __init__(self, message: str, hint: str, reading: str) -> None:
-        """`reading` is the id of its row."""
+    def __init__(self, message: str, hint: str = "", reading: str = "") -> None:
+        """`reading` is the id of its row; empty where it came from elsewhere."""
         super().__init__(message, hint)
         self.reading = reading
 

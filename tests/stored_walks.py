@@ -9,9 +9,11 @@ from pathlib import Path
 
 import numpy as np
 from made_readings import TAG, made_fruitlet, made_reading
+from sqlite_utils import Database
 
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.clock import Moment
+from fieldcam.store.facts import CaptureFacts
 from fieldcam.store.folder import DataKind
 from fieldcam.store.judgement_rows import Action, Decision
 from fieldcam.store.orchard_rows import Block, Cluster
@@ -19,10 +21,18 @@ from fieldcam.store.readings import reading_row
 from fieldcam.store.rows import EntryId
 from fieldcam.store.space import Space
 from fieldcam.store.store import Store, open_store
+from fieldcam.store.walk_rows import Capture
 from fieldcam.values import PixelFormat, RawPair
 
 START = datetime(2026, 5, 21, 9, 0, 0, tzinfo=UTC)
 FIRST_DAY = date(2026, 5, 21)
+
+
+def facts_without_rows(
+    _database: Database, key: EntryId, capture: Capture, shutter: Moment | None
+) -> CaptureFacts:
+    """What stands beside a picture of a database of an older form."""
+    return CaptureFacts(key, capture, shutter, None, None, None)
 
 
 class SteppingClock:

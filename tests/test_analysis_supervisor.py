@@ -256,7 +256,7 @@ def test_a_log_that_cannot_be_written_stops_nothing(
 def test_an_interpreter_that_cannot_be_started_is_said(
     watch: Watch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    monkeypatch.setattr("fieldcam.analysis.process.PYTHON", ("/nowhere/python", "-P"))
     watched = watch()
     status = watched.wait_for(State.STOPPED)
     assert status.restarts == 5

@@ -102,7 +102,7 @@ def test_quitting_is_not_one_key_beside_another(keys: tuple[str, ...], ended: bo
         driven.app.exit = lambda *args, **kwargs: exits.append(True)  # type: ignore[method-assign]
         await driven.tell(AIM)
         await driven.press(*keys)
-        assert ("End the walk?" in driven.text) is (keys == ("q",))
+        assert ("End the walk?" in driven.text) is (keys[-1] in ("q", "x"))
 
     drive(SMALL, script)
     assert bool(exits) is ended

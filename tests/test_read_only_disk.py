@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from grown_walks import grown_field
-from stored_walks import MadeWalk, small_store
+from stored_walks import FIRST_DAY, MadeWalk, facts_without_rows, small_store
 
 from fieldcam.errors import StorageError
 from fieldcam.store.connection import connect_read_only, rows
@@ -18,6 +18,7 @@ from fieldcam.store.folder import DataKind
 from fieldcam.store.migrations import steps
 from fieldcam.store.read_only import open_read_only
 from fieldcam.store.store import open_store
+from fieldcam.store.walk_rows import Visit
 
 
 @contextmanager
@@ -66,7 +67,9 @@ def test_an_older_form_is_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         patch.setattr("fieldcam.store.migrations.steps", lambda: steps()[:3])
         with small_store(tmp_path / "data") as store:
             walk = MadeWalk(store)
-            walk.take(walk.visit(), 11)
+            # Its pictures had no facts beside them, and its visits no day said anew.
+            patch.setattr("fieldcam.store.store.facts_of", facts_without_rows)
+            walk.take(store.append(Visit(walk.block, FIRST_DAY))[0], 11)
     with pytest.raises(StorageError, match="older fieldcam"):
         pictures(tmp_path / "data")
     with read_only(tmp_path / "data") as place:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_readings import TAG, disc_mask, made_fruitlet, made_reading
-from stored_walks import FIRST_DAY, MadeWalk, small_store
+from stored_walks import FIRST_DAY, MadeWalk, facts_without_rows, small_store
 
 from fieldcam.growth.places import Place
 from fieldcam.growth.places import Word as Match
@@ -313,6 +313,8 @@ def test_a_file_of_the_form_before_is_brought_up_to_date(
         patch.setattr("fieldcam.store.migrations.steps", lambda: steps()[:3])
         old = small_store(tmp_path)
         walk = MadeWalk(old)
+        # Its pictures had no facts beside them, and its visits no day said anew.
+        patch.setattr("fieldcam.store.store.facts_of", facts_without_rows)
         (visit,) = old.append(Visit(walk.block, FIRST_DAY))
         capture = walk.take(visit, 11).key
         before = dump(old.database_path)

@@ -22,6 +22,7 @@ from typing import TypeVar, cast
 from fieldcam.errors import FieldcamError
 from fieldcam.foreign.bounds import Bound
 from fieldcam.parentage import die_with
+from fieldcam.safe_path import PYTHON
 
 Found = TypeVar("Found")
 
@@ -40,7 +41,7 @@ def read_in_child(read: Callable[[Path], Found], path: Path, bound: Bound) -> Fo
     Raises what it raises of our own errors, and the bound's where it takes too long, needs
     too much memory, or breaks off.
     """
-    command = [sys.executable, "-P", "-m", __name__, read.__module__, read.__qualname__, str(path)]
+    command = [*PYTHON, "-m", __name__, read.__module__, read.__qualname__, str(path)]
     command += [str(bound.most_cpu_s), str(bound.most_memory_bytes), str(os.getpid())]
     try:
         done = subprocess.run(

@@ -79,7 +79,8 @@ def import_pairs(
     refuse_other_kind(store.folder, simulated=False)
     store.sign_in(OPERATOR)
     terms = terms or ImportTerms()
-    _set_up_cards(store, store.block(block), terms.tag_size_mm)
+    if terms.tag_size_mm is not None:
+        _set_up_cards(store, store.block(block), terms.tag_size_mm)
     intake = Intake(store, block)
     analysed = partial(_analysed, intake, analyst, terms.accepting)
     late: list[tuple[CaptureFile, Taken]] = []
@@ -106,8 +107,8 @@ def import_pairs(
             yield _failed(intake, file, taken, error)
 
 
-def _set_up_cards(store: Store, block: EntryId, size_mm: float | None) -> None:
-    if size_mm is not None and size_mm != size_of_cards(store.database, block):
+def _set_up_cards(store: Store, block: EntryId, size_mm: float) -> None:
+    if size_mm != size_of_cards(store.database, block):
         store.append(BlockSetting(block, Setting.TAG_SIZE_MM, size_mm))
 
 
