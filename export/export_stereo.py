@@ -45,15 +45,20 @@ class Exported:
 
 
 class _Inference(nn.Module):
-    """The graph's two inputs and outputs, with the number of iterations fixed."""
+    """The graph's two inputs and outputs, with the number of iterations fixed.
 
-    def __init__(self, network: RaftStereo, iterations: int) -> None:
+    Its confidence is at least 0 where the network's own is at least `least_confidence`.
+    """
+
+    def __init__(self, network: RaftStereo, iterations: int, least_confidence: float = 0.0) -> None:
         super().__init__()
         self.network = network
         self.iterations = iterations
+        self.least_confidence = least_confidence
 
     def forward(self, left: Tensor, right: Tensor) -> tuple[Tensor, Tensor]:
-        return self.network.predict(left, right, self.iterations)
+        disparity, confidence = self.network.predict(left, right, self.iterations)
+        return disparity, confidence - self.least_confidence
 
 
 def load_public(path: Path, config: RaftConfig) -> RaftStereo:
@@ -69,13 +74,15 @@ def multiple_of(config: RaftConfig) -> int:
     return max(16, int(config.factor * 2 ** (config.n_gru_layers - 1)) * 2)
 
 
-def export_onnx(network: RaftStereo, iterations: int, path: Path) -> Exported:
+def export_onnx(
+    network: RaftStereo, iterations: int, path: Path, least_confidence: float = 0.0
+) -> Exported:
     """Writes `path` and compares it with the network on several sizes.
 
     Raises:
         ParityError: the two differ by PARITY_PX or more.
     """
-    graph = _Inference(network, iterations).eval()
+    graph = _Inference(network, iterations, least_confidence).eval()
     names = ("left", "right", "disparity", "confidence")
     torch.onnx.export(
         graph,
@@ -150,7 +157,9 @@ def main(arguments: list[str] | None = None) -> None:
         config = replace(PUBLIC[options.public], context_norm=Norm(options.context_norm))
         network = load_public(options.checkpoint, config)
     options.out.mkdir(parents=True, exist_ok=True)
-    exported = export_onnx(network, options.iterations, options.out / options.name)
+    least = options.least_confidence
+    exported = export_onnx(network, options.iterations, options.out / options.name, least)
+    about["least_confidence"] = least
     if options.about:
         about |= json.loads(options.about.read_text("utf-8"))
     entry = manifest_entry(exported, network.config, options.iterations, about)
@@ -164,6 +173,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", type=Path, default=Path("models_onnx"))
     parser.add_argument("--name", default="stereo.onnx")
     parser.add_argument("--iterations", type=int, default=6)
+    parser.add_argument("--least-confidence", type=float, default=0.0,
+                        help="logit of the network from which an estimate counts")  # fmt: skip
     parser.add_argument("--public", choices=sorted(PUBLIC), default=None)
     parser.add_argument("--context-norm", choices=[str(n) for n in Norm], default="batch")
     parser.add_argument("--about", type=Path, help="JSON with recipe, data and measured quality")

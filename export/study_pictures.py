@@ -27,8 +27,8 @@ def photograph(block: Block, cluster_index: int, day: float, view: int) -> tuple
     eyes = (0.0, aimed.calibration.baseline_mm)
     left, right = (aimed.renderer.view(x, r) for x, r in zip(eyes, regions, strict=True))
     pictures = expose(aimed.shot, left, right, aimed.calibration)
-    whole = [_framed(p, v, aimed) for p, v in zip(pictures, (left, right), strict=True)]
-    return StereoPair(*whole), _truth(aimed, left, right)
+    pair = StereoPair(_framed(pictures[0], left, aimed), _framed(pictures[1], right, aimed))
+    return pair, _truth(aimed, left, right)
 
 
 def _regions(aimed: Aim) -> tuple[Region, Region]:
