@@ -39,6 +39,11 @@ class Figures:
     mae_mm: float
     bias_mm: float
     p95_mm: float
+    above_1_mm_share: float
+    within_1_sd_share: float
+    """Of the sizes with a standard deviation; 0.68 if it is true."""
+    within_95_share: float
+    """Within 1.96 standard deviations."""
     sized_share_well_visible: float
     sized_share_living: float
     foreign_share: float
@@ -73,6 +78,16 @@ class Outcome:
         }
 
     @property
+    def errors_in_sds(self) -> list[float]:
+        """Absolute errors in stated standard deviations, where one is stated."""
+        errors = self.errors_mm
+        return [
+            abs(errors[k]) / f["sd_mm"]
+            for f, k in zip(self.target, self.partners, strict=True)
+            if k in errors and f.get("sd_mm")
+        ]
+
+    @property
     def target(self) -> list[Json]:
         return [f for f in self.report["fruitlets"] if f["in_target"]]
 
@@ -94,6 +109,7 @@ def measure(folder: Path, extra: Sequence[str]) -> list[Outcome]:
 def figures(outcomes: Sequence[Outcome]) -> Figures:
     """Sum up; every size given out counts, whatever its fruitlet's visibility."""
     errors = np.array([e for o in outcomes for e in o.errors_mm.values()])
+    in_sds = np.array([e for o in outcomes for e in o.errors_in_sds] or [np.nan])
     living = [
         (f["visible_fraction"] >= WELL_VISIBLE, k in o.errors_mm)
         for o in outcomes
@@ -108,6 +124,9 @@ def figures(outcomes: Sequence[Outcome]) -> Figures:
         mae_mm=round(float(np.abs(errors).mean()), 4),
         bias_mm=round(float(errors.mean()), 4),
         p95_mm=round(float(np.quantile(np.abs(errors), 0.95)), 4),
+        above_1_mm_share=round(float((np.abs(errors) > 1).mean()), 4),
+        within_1_sd_share=round(float((in_sds < 1).mean()), 4),
+        within_95_share=round(float((in_sds < 1.96).mean()), 4),
         sized_share_well_visible=round(sum(well) / max(len(well), 1), 4),
         sized_share_living=round(sum(s for _, s in living) / max(len(living), 1), 4),
         foreign_share=round(sum(o.foreign for o in outcomes) / max(readings, 1), 4),

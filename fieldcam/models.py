@@ -22,7 +22,9 @@ from fieldcam.store.durable import write_durably
 MANIFEST_NAME = "manifest.json"
 MANIFEST_SCHEMA = 1
 SHIPPED_FOLDER = Path(__file__).parent / "models_onnx"
-RENDERED_ONLY = "The shipped networks were trained on rendered fruit only."
+SHIPPED_NETWORKS = (
+    "The shipped networks learnt from photographs by day; masks and flash light were rendered."
+)
 OWN_NETWORKS = "Sizes come from networks that were added by the user."
 
 
@@ -93,7 +95,7 @@ class Models:
     def honesty(self) -> str:
         """The sentence that every screen and report shows about these networks."""
         shipped = any(model.origin is Origin.SHIPPED for model in self.files)
-        return RENDERED_ONLY if shipped else OWN_NETWORKS
+        return SHIPPED_NETWORKS if shipped else OWN_NETWORKS
 
 
 def models_folder(data: Path) -> Path:

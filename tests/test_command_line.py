@@ -17,7 +17,7 @@ from called_commands import Capture, FakePipeline, assert_one_sentence, run
 from fieldcam.cli import doctor
 from fieldcam.errors import ExitCode
 from fieldcam.exchange.images import read_image
-from fieldcam.models import RENDERED_ONLY, find_models
+from fieldcam.models import SHIPPED_NETWORKS, find_models
 from fieldcam.store.clock import Moment
 from fieldcam.values import (
     Expectation,
@@ -182,4 +182,4 @@ def test_the_installed_command_gives_its_exit_status() -> None:
 
 
 def test_the_sentence_about_the_networks_says_rendered() -> None:
-    assert "rendered fruit only" in RENDERED_ONLY
+    assert "masks and flash light were rendered" in SHIPPED_NETWORKS

@@ -12,7 +12,7 @@ import pytest
 from fieldcam.errors import BadInput, ModelMissing
 from fieldcam.models import (
     OWN_NETWORKS,
-    RENDERED_ONLY,
+    SHIPPED_NETWORKS,
     Origin,
     Role,
     add_model,
@@ -66,7 +66,7 @@ def test_the_manifest_is_read(shipped: Path) -> None:
         "segmentation": sha256(SEGMENTATION).hexdigest(),
         "stereo": sha256(STEREO).hexdigest(),
     }
-    assert models.honesty == RENDERED_ONLY
+    assert models.honesty == SHIPPED_NETWORKS
     for model in models.files:
         verify_model(model)
 
@@ -128,7 +128,7 @@ def test_an_added_network_comes_before_the_shipped_one(shipped: Path, tmp_path: 
     assert models.segmentation.score_threshold == 0.7
     assert models.segmentation.sha256 == sha256(b"better weights").hexdigest()
     assert models.stereo.origin is Origin.SHIPPED
-    assert models.honesty == RENDERED_ONLY
+    assert models.honesty == SHIPPED_NETWORKS
     verify_model(models.segmentation)
 
 

@@ -61,7 +61,7 @@ class SizingParameters:
     min_score: float = 0.9
     """A fruitlet that the network is less sure of is seen, not sized: where two overlap, such
     a detection is often a part of one or both."""
-    max_sd_mm: float = 0.4
+    max_sd_mm: float = 0.5
     """A diameter less certain than this is not given out."""
     max_sd_share: float = 0.12
     min_coverage: float = 0.45
