@@ -15,6 +15,7 @@ from fieldcam.report.labels import Placed, Wish, place_labels
 from fieldcam.values import (
     ClusterReading,
     Ellipse,
+    Flag,
     Fruitlet,
     ImageU8,
     ReasonCode,
@@ -63,9 +64,10 @@ class _Look:
 
     @property
     def outline(self) -> list[Point]:
-        """Closed outline in canvas pixels."""
+        """Closed outline in canvas pixels; the mask's where the ellipse is known not to fit."""
         ellipse = self.fruitlet.outline
-        if ellipse is not None:
+        fits = not {Flag.BAD_OUTLINE, Flag.OUTLIER} & set(self.fruitlet.flags)
+        if ellipse is not None and (fits or self.fruitlet.mask.area_px == 0):
             return [_zoomed(p, self.zoom) for p in _ellipse_points(ellipse)]
         return [_zoomed((x, y), self.zoom) for x, y in pixel_outline(self.fruitlet.mask)]
 
