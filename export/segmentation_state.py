@@ -43,13 +43,6 @@ def averaged_copy(model: FruitletMaskRCNN) -> FruitletMaskRCNN:
     return average
 
 
-def fix_norms(model: nn.Module) -> None:
-    """Keeps the statistics of all batch normalisations as they are while training."""
-    for part in model.modules():
-        if isinstance(part, nn.BatchNorm2d):
-            part.eval()
-
-
 @torch.no_grad()
 def update_average(average: nn.Module, model: nn.Module, updates: int) -> None:
     """Moves the average towards the weights; early updates count more."""

@@ -108,13 +108,6 @@ def load_network(path: Path) -> tuple[RaftStereo, dict[str, Any]]:
     return model.eval(), about
 
 
-def fix_norms(model: nn.Module) -> None:
-    """Keeps the statistics of all batch normalisations as they are while training."""
-    for part in model.modules():
-        if isinstance(part, nn.BatchNorm2d):
-            part.eval()
-
-
 def append_line(path: Path, values: dict[str, Any]) -> None:
     """Adds one JSON document as a line."""
     with path.open("a", encoding="utf-8") as stream:

@@ -32,6 +32,7 @@ from torch.optim import AdamW
 
 from export.detection_quality import measure_boxes
 from export.mask_rcnn import FruitletMaskRCNN, NetworkShape
+from export.norms import fix_norms
 from export.real_tiles import list_tiles
 from export.segmentation_data import (
     DEFAULT_SHARES,
@@ -46,7 +47,6 @@ from export.segmentation_quality import measure
 from export.segmentation_state import (
     Progress,
     averaged_copy,
-    fix_norms,
     load_weights,
     save_atomically,
     save_weights,

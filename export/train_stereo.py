@@ -14,6 +14,7 @@ from typing import Any
 import torch
 from torch.utils.data import DataLoader, Subset
 
+from export.norms import fix_norms
 from export.raft import SHIPPED, RaftStereo
 from export.stereo_data import (
     StereoBatch,
@@ -22,7 +23,7 @@ from export.stereo_data import (
     validation_batches,
 )
 from export.stereo_loss import StereoLoss, stereo_loss
-from export.stereo_state import TrainingState, append_line, fix_norms, load_network, save_network
+from export.stereo_state import TrainingState, append_line, load_network, save_network
 
 SAVE_EVERY_S = 120.0
 VALIDATE_EVERY_S = 600.0
