@@ -12,7 +12,8 @@ from torchvision.ops import box_iou
 
 from export.mask_rcnn import FruitletMaskRCNN
 from export.roi_ignore import on_ignored
-from export.segmentation_window import Placement, Window, cut
+from export.segmentation_quality import uncut
+from export.segmentation_window import Window
 
 MATCH_IOU = 0.5
 SCORES = (0.5, 0.8)
@@ -79,8 +80,7 @@ def measure_boxes(model: FruitletMaskRCNN, windows: Iterable[Window]) -> BoxQual
     found: list[Found] = []
     total = 0
     for window in windows:
-        side = min(window.labels.shape)
-        sample = cut(window, Placement(0, 0, side, side, 0, False), side)
+        sample = uncut(window)
         pixels = torch.from_numpy(sample.image.transpose(2, 0, 1).astype(np.float32))
         seen = model.detect(pixels)
         truth = torch.from_numpy(sample.boxes[: sample.certain])

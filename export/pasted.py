@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from export.segmentation_window import F32, ImageU8, Window
+from export.segmentation_window import F32, ImageU8, Placement, Window
 
 Bool = npt.NDArray[np.bool_]
 
@@ -94,16 +94,12 @@ def square_of(window: Window, side: int, rng: np.random.Generator) -> Window:
     height, width = window.labels.shape
     source = int(rng.integers(min(side, height, width) * 3 // 4, min(height, width) + 1))
     x, y = int(rng.integers(0, width - source + 1)), int(rng.integers(0, height - source + 1))
-    picture = window.image[y : y + source, x : x + source]
-    way = cv2.INTER_AREA if side < source else cv2.INTER_LINEAR
-    image = np.asarray(cv2.resize(picture, (side, side), interpolation=way), np.uint8)
-    zoom = np.float32(side / source)
-    corner = np.array([x, y] * 2, np.float32)
+    square = Placement(x, y, source, side, 0, False)
     return Window(
-        image,
+        square.image(window.image),
         np.zeros((side, side), np.uint8),
         np.zeros((0, side, side), bool),
-        *_inside((window.boxes - corner) * zoom, (window.unknown - corner) * zoom, side),
+        *_inside(square.boxes(window.boxes), square.boxes(window.unknown), side),
     )
 
 

@@ -147,8 +147,8 @@ class Tally:
 
 
 def uncut(window: Window) -> Sample:
-    """A whole window as a sample; windows are square."""
-    side = window.labels.shape[0]
+    """A whole window as a sample; of one that is not square, the square at its corner."""
+    side = min(window.labels.shape)
     return cut(window, Placement(0, 0, side, side, 0, False), side)
 
 

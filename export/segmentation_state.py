@@ -12,7 +12,7 @@ import torch
 from torch import nn
 
 from export.mask_rcnn import FruitletMaskRCNN, NetworkShape
-from export.weights_file import WeightsError, load_tensors, save_tensors
+from export.weights_file import load_model, save_tensors
 
 EMA_DECAY = 0.997
 
@@ -73,11 +73,6 @@ def load_weights(path: Path) -> tuple[FruitletMaskRCNN, dict[str, Any]]:
     Raises:
         WeightsError: the file is no network of this kind.
     """
-    weights, shape, about = load_tensors(path)
-    try:
-        model = FruitletMaskRCNN(NetworkShape.from_dict(shape))
-        model.load_state_dict(weights)
-    except (TypeError, KeyError, RuntimeError) as problem:
-        raise WeightsError(f"{path.name} holds another network than Mask R-CNN.") from problem
-    model.eval()
-    return model, about
+    return load_model(
+        path, lambda shape: FruitletMaskRCNN(NetworkShape.from_dict(shape)), "Mask R-CNN"
+    )

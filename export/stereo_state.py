@@ -14,7 +14,7 @@ import torch
 from torch import nn
 
 from export.raft import RaftConfig, RaftStereo
-from export.weights_file import WeightsError, load_tensors, save_tensors
+from export.weights_file import load_model, save_tensors
 
 WARM_UP_SHARE = 0.03
 FINAL_RATE_SHARE = 0.02
@@ -99,13 +99,7 @@ def load_network(path: Path) -> tuple[RaftStereo, dict[str, Any]]:
     Raises:
         WeightsError: the file is no network of this kind.
     """
-    weights, config, about = load_tensors(path)
-    try:
-        model = RaftStereo(RaftConfig.from_dict(config))
-        model.load_state_dict(weights)
-    except (TypeError, KeyError, ValueError, RuntimeError) as problem:
-        raise WeightsError(f"{path.name} holds another network than RAFT-Stereo.") from problem
-    return model.eval(), about
+    return load_model(path, lambda config: RaftStereo(RaftConfig.from_dict(config)), "RAFT-Stereo")
 
 
 def append_line(path: Path, values: dict[str, Any]) -> None:

@@ -6,13 +6,16 @@ A lab that trains further begins from these files; they hold no code.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
+
+Model = TypeVar("Model", bound=nn.Module)
 
 
 class WeightsError(ValueError):
@@ -28,6 +31,26 @@ def save_tensors(
     part = path.with_suffix(".part")
     save_file(weights, part, metadata=notes)
     part.replace(path)
+
+
+def load_model(
+    path: Path, build: Callable[[dict[str, Any]], Model], kind: str
+) -> tuple[Model, dict[str, Any]]:
+    """The network of `save_tensors`, ready for inference, and what is told about it.
+
+    `build` makes the network of a shape, and `kind` names it.
+
+    Raises:
+        WeightsError: the file is no network of this kind.
+    """
+    weights, shape, about = load_tensors(path)
+    try:
+        model = build(shape)
+        model.load_state_dict(weights)
+    except (TypeError, KeyError, ValueError, RuntimeError) as problem:
+        raise WeightsError(f"{path.name} holds another network than {kind}.") from problem
+    model.eval()
+    return model, about
 
 
 def load_tensors(path: Path) -> tuple[dict[str, Tensor], dict[str, Any], dict[str, Any]]:

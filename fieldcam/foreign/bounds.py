@@ -46,8 +46,6 @@ CAMERA_SETTINGS = Bound("file of camera settings", MIB, CameraSettingsInvalid)
 FEATURES = Bound("feature file", 16 * MIB, FeatureFileInvalid)
 """GenICam XML, packed or unpacked; the largest seen has 4 MiB."""
 IMAGE = Bound("image", 128 * MIB, ImageUnreadable)
-TABLE = Bound("table", 16 * MIB)
-WORKBOOK = Bound("workbook", 16 * MIB, most_cpu_s=2)
 
 MOST_PIXELS = 25_000_000
 """Of one picture; a stereo head's has 1.6 million. Outlining fruit in so many takes 2.4 GB."""

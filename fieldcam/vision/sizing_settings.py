@@ -26,7 +26,8 @@ class Corrections:
 
 @dataclass(frozen=True, slots=True)
 class Uncertainty:
-    """What a size's standard deviation is made of; `export.tune_sizing` fits it to true errors.
+    """What a size's standard deviation is made of; `export.tune_uncertainty` fits it to true
+    errors.
 
     The parts are independent. The outline's own says how well its points hold the ellipse, which
     is too little: they err together, and the eye's depth errs as well.
