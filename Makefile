@@ -15,7 +15,7 @@ MEASURE_ARGS ?=
 STUDY_ARGS ?=
 COVERAGE_ARGS ?=
 
-.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture soak measure sweep-calibrations coverage study clean
+.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture soak measure sweep-calibrations coverage study reference clean
 
 demo: $(VENV)/.demo-ready
 	$(BIN)/fieldcam demo $(DEMO_ARGS)
@@ -34,6 +34,9 @@ test-export: $(VENV)/.export-ready
 
 test-browser: $(VENV)/.test-ready
 	$(BIN)/python -m pytest -m browser $(PYTEST_ARGS)
+
+reference: $(VENV)/.demo-ready
+	$(BIN)/python -P -m fieldcam.cli.reference > docs/commands.md
 
 bench: $(VENV)/.export-ready
 	$(BIN)/python -m export.bench

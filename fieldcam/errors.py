@@ -9,23 +9,26 @@ launcher, which hands on the status of its child.
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import Self
 
 
 class ExitCode(IntEnum):
-    """What a command's exit status means."""
+    """A command's exit status; `meaning` says it in a sentence."""
 
-    OK = 0
-    """The asked-for result was printed, whatever the verdict."""
-    BAD_INPUT = 2
-    """The command was called wrongly, or a file given to it cannot be used."""
-    DEVICE = 3
-    """The camera, or another device, did not do what it was asked to."""
-    STORAGE = 4
-    """The data folder cannot be read or written."""
-    REMOTE = 5
-    """The other end of a transfer cannot be reached or refused."""
-    DEFECT = 70
-    """A defect of fieldcam itself."""
+    meaning: str
+
+    def __new__(cls, status: int, meaning: str) -> Self:
+        """An int, as `sys.exit` wants it."""
+        code = int.__new__(cls, status)
+        code._value_, code.meaning = status, meaning
+        return code
+
+    OK = 0, "The asked-for result was printed, whatever the verdict."
+    BAD_INPUT = 2, "The command was called wrongly, or a file given to it cannot be used."
+    DEVICE = 3, "The camera, or another device, did not do what it was asked to."
+    STORAGE = 4, "The data folder cannot be read or written."
+    REMOTE = 5, "The other end of a transfer cannot be reached or refused."
+    DEFECT = 70, "A defect of fieldcam itself."
 
 
 OF_SIGNALS = 128
