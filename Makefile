@@ -15,7 +15,7 @@ MEASURE_ARGS ?=
 STUDY_ARGS ?=
 COVERAGE_ARGS ?=
 
-.PHONY: demo test lint test-export test-browser bench evaluate fuzz torture soak measure sweep-calibrations coverage study reference clean
+.PHONY: demo test lint test-export test-browser test-runtime bench evaluate fuzz torture soak measure sweep-calibrations coverage study reference clean
 
 demo: $(VENV)/.demo-ready
 	$(BIN)/fieldcam demo $(DEMO_ARGS)
@@ -37,6 +37,9 @@ test-browser: $(VENV)/.test-ready
 
 reference: $(VENV)/.demo-ready
 	$(BIN)/python -P -m fieldcam.cli.reference > docs/commands.md
+
+test-runtime: $(VENV)/.test-ready
+	$(BIN)/python -m pytest -m runtime $(PYTEST_ARGS)
 
 bench: $(VENV)/.export-ready
 	$(BIN)/python -m export.bench
