@@ -17,8 +17,8 @@ from fieldcam.analysis.replies import Seen, decode_reply, encode_reply
 from fieldcam.analysis.requests import Look, Setup, decode_request, encode_request
 from fieldcam.analysis.status import State, Status
 from fieldcam.analysis.work import VisionWork
+from fieldcam.disk.raw_images import encode_raw
 from fieldcam.errors import AnalysisFailed, AnalysisOff, ImageUnreadable
-from fieldcam.store.raw_images import encode_raw
 from fieldcam.values import Calibration, Expectation
 from fieldcam.vision.tags import detect_tags
 
