@@ -11,7 +11,7 @@ from pathlib import Path
 
 from sqlite_utils import Database
 
-from fieldcam.analysis.direct import decode_stored
+from fieldcam.analysis.work import decode_stored
 from fieldcam.calibration.cameras import own_camera
 from fieldcam.calibration.rectification import develop
 from fieldcam.errors import ImageUnreadable, StorageError
