@@ -12,16 +12,16 @@ from made_readings import CAMERA
 from watched_analysis import LONG_S, Watch, pair
 
 from fieldcam.analysis.messages import (
+    FindTags,
     Frames,
-    Look,
     MessageInvalid,
     Setup,
     decode_reply,
     encode_reply,
     frame,
 )
-from fieldcam.analysis.process import Bell
-from fieldcam.analysis.queue import Preview, WorkQueue
+from fieldcam.analysis.process import Wakeup
+from fieldcam.analysis.queue import PreviewJob, WorkQueue
 from fieldcam.analysis.status import State, Status
 from fieldcam.analysis.work import VisionWork
 from fieldcam.disk.raw_images import encode_raw
@@ -76,8 +76,8 @@ def test_a_closed_analysis_looks_at_nothing(watch: Watch) -> None:
 
 
 def test_a_newer_preview_takes_the_place_of_the_one_that_waits() -> None:
-    queue = WorkQueue(Bell(), lambda status: None, tries=2)
-    first, second, third, fourth = (Preview(Look(Path("p"), n)) for n in range(4))
+    queue = WorkQueue(Wakeup(), lambda status: None, tries=2)
+    first, second, third, fourth = (PreviewJob(FindTags(Path("p"), n)) for n in range(4))
     queue.look(first)
     queue.look(second)
     assert first.future.cancelled()

@@ -19,8 +19,8 @@ from fieldcam import errors
 from fieldcam.analysis.messages import (
     LONGEST_BYTES,
     Analyse,
+    FindTags,
     Frames,
-    Look,
     MessageInvalid,
     Ping,
     Request,
@@ -63,7 +63,7 @@ requests = st.one_of(
         st.builds(SavedCapture, st.text(), paths, paths, paths, st.none() | paths),
         st.builds(Expectation, counts, counts),
     ),
-    st.builds(Look, paths, st.integers(1, 9), st.none() | paths),
+    st.builds(FindTags, paths, st.integers(1, 9), st.none() | paths),
     st.just(Ping()),
 )
 json_values = st.recursive(

@@ -57,7 +57,7 @@ class Analyse:
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class FindTags:
     """Find the tags in a preview."""
 
     image: Path
@@ -73,11 +73,11 @@ class Ping:
     """Say that you are alive."""
 
 
-Request = WarmUp | Analyse | Look | Ping
+Request = WarmUp | Analyse | FindTags | Ping
 Tags = tuple[TagPose, ...]
 """Of a preview, in its own pixels."""
 Answer = ClusterReading | Tags | FieldcamError | None
-"""To Analyse, Look, any that could not be met, and WarmUp or Ping."""
+"""To Analyse, FindTags, any that could not be met, and WarmUp or Ping."""
 Reply = EncodedReading | Tags | FieldcamError | None
 """An answer as the app gets it."""
 

@@ -33,8 +33,8 @@ _END_S = 0.9
 """A process that the kernel holds longer than this after SIGKILL is left to it."""
 
 
-class Bell:
-    """Wakes the thread that waits for a process: there is work, or it is time to close."""
+class Wakeup:
+    """For the thread that waits for a process: there is work, or it is time to close."""
 
     def __init__(self) -> None:
         self._descriptor = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
@@ -43,17 +43,17 @@ class Bell:
     def fileno(self) -> int:
         return self._descriptor
 
-    def ring(self) -> None:
+    def wake(self) -> None:
         os.eventfd_write(self._descriptor, 1)
 
-    def quiet(self) -> None:
-        """Only for who saw that it rings."""
+    def clear(self) -> None:
+        """Only for who was woken by it."""
         os.eventfd_read(self._descriptor)
 
     def close(self) -> None:
-        """Ring once more, for the end."""
+        """Wake once more, for the end."""
         self.closing.set()
-        self.ring()
+        self.wake()
 
     def dispose(self) -> None:
         """Only when nobody is left to hear it."""
@@ -67,7 +67,7 @@ class AnalysisProcess:
     when it is to end.
     """
 
-    def __init__(self, command: Sequence[str], log: Path | None, bell: Bell) -> None:
+    def __init__(self, command: Sequence[str], log: Path | None, wakeup: Wakeup) -> None:
         """The id of this process is added to the command."""
         try:
             with _open_log(log) as output:
@@ -80,9 +80,9 @@ class AnalysisProcess:
             ) from error
         self._requests, self._replies = _pipe(self._process.stdin), _pipe(self._process.stdout)
         self._frames = Frames()
-        self._bell = bell
+        self._wakeup = wakeup
         self._poll = select.poll()
-        for source in (self._replies, bell):
+        for source in (self._replies, wakeup):
             self._poll.register(source, select.POLLIN)
 
     def ask(self, request: Request, deadline_s: float) -> Reply:
@@ -103,13 +103,13 @@ class AnalysisProcess:
             self._unasked()
 
     def rest(self, longest_s: float) -> bool:
-        """Wait for the bell; False when it did not ring."""
+        """Wait to be woken; False when nobody did."""
         until_s = monotonic() + longest_s
-        self._rang = False
-        while not self._rang and (left_s := until_s - monotonic()) > 0:
+        self._woken = False
+        while not self._woken and (left_s := until_s - monotonic()) > 0:
             if self._hears(left_s):
                 self._unasked()
-        return self._rang
+        return self._woken
 
     def kill(self) -> None:
         self._process.kill()
@@ -150,12 +150,12 @@ class AnalysisProcess:
         return replies
 
     def _hears(self, longest_s: float) -> bool:
-        """Whether the process has something to say; also returns when the bell rings."""
+        """Whether the process has something to say; also returns when woken."""
         ready = {descriptor for descriptor, _ in self._poll.poll(longest_s * 1000)}
-        self._rang = self._bell.fileno() in ready
-        if self._rang:
-            self._bell.quiet()
-        if self._bell.closing.is_set():
+        self._woken = self._wakeup.fileno() in ready
+        if self._woken:
+            self._wakeup.clear()
+        if self._wakeup.closing.is_set():
             raise AnalysisOff("The analysis was closed.", KEPT)
         return self._replies.fileno() in ready
 

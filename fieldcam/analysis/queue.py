@@ -9,14 +9,14 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from typing import Generic, TypeVar
 
-from fieldcam.analysis.messages import Analyse, Look, Tags
-from fieldcam.analysis.process import KEPT, Bell
+from fieldcam.analysis.messages import Analyse, FindTags, Tags
+from fieldcam.analysis.process import KEPT, Wakeup
 from fieldcam.analysis.status import State, Status
 from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import AnalysisFailed, AnalysisOff, AnalysisTimeout, FieldcamError
 
 Listener = Callable[[Status], None]
-Asked = TypeVar("Asked", Analyse, Look)
+Asked = TypeVar("Asked", Analyse, FindTags)
 Outcome = TypeVar("Outcome", EncodedReading, Tags)
 
 
@@ -40,8 +40,8 @@ class Job(Generic[Asked, Outcome]):
             self.future.set_result(outcome)
 
 
-Pair = Job[Analyse, EncodedReading]
-Preview = Job[Look, Tags]
+PairJob = Job[Analyse, EncodedReading]
+PreviewJob = Job[FindTags, Tags]
 
 
 class WorkQueue:
@@ -50,12 +50,12 @@ class WorkQueue:
     Every method may be called from any thread; futures and the listener run unlocked.
     """
 
-    def __init__(self, bell: Bell, listener: Listener, tries: int) -> None:
-        self._bell, self._listener, self._tries = bell, listener, tries
+    def __init__(self, wakeup: Wakeup, listener: Listener, tries: int) -> None:
+        self._wakeup, self._listener, self._tries = wakeup, listener, tries
         self._lock = threading.Lock()
-        self._waiting: deque[Pair] = deque()
-        self._in_hand: Pair | None = None
-        self._preview: Preview | None = None
+        self._waiting: deque[PairJob] = deque()
+        self._in_hand: PairJob | None = None
+        self._preview: PreviewJob | None = None
         self._crashes: Counter[str] = Counter()
         self._status = self._told = Status()
 
@@ -64,7 +64,7 @@ class WorkQueue:
         with self._lock:
             return self._status
 
-    def submit(self, pair: Pair, urgent: bool, again: bool) -> None:
+    def submit(self, pair: PairJob, urgent: bool, again: bool) -> None:
         """Let it wait, or fail it at once."""
         with self._lock:
             if again:
@@ -72,23 +72,23 @@ class WorkQueue:
             refusal = self._refusal(pair)
             if refusal is None:
                 self._line_up(pair, urgent)
-                self._bell.ring()
+                self._wakeup.wake()
         if refusal is not None:
             pair.settle(refusal)
 
-    def look(self, preview: Preview) -> None:
+    def look(self, preview: PreviewJob) -> None:
         """Let it wait in place of an older one, or fail it at once."""
         with self._lock:
             off, overtaken = self._off(), self._preview
             if off is None:
                 self._preview = preview
-                self._bell.ring()
+                self._wakeup.wake()
         if off is not None:
             preview.settle(off)
         elif overtaken is not None:
             overtaken.future.cancel()
 
-    def take(self) -> Pair | None:
+    def take(self) -> PairJob | None:
         """The next pair that is still wanted, now in hand."""
         with self._lock:
             while self._waiting and self._in_hand is None:
@@ -97,7 +97,7 @@ class WorkQueue:
             self._count()
             return self._in_hand
 
-    def take_preview(self) -> Preview | None:
+    def take_preview(self) -> PreviewJob | None:
         """The one that waits."""
         with self._lock:
             taken, self._preview = self._preview, None
@@ -165,7 +165,7 @@ class WorkQueue:
         if news is not None:
             self._listener(news)
 
-    def _line_up(self, pair: Pair, first: bool) -> None:
+    def _line_up(self, pair: PairJob, first: bool) -> None:
         (self._waiting.appendleft if first else self._waiting.append)(pair)
         self._count()
 
@@ -173,7 +173,7 @@ class WorkQueue:
         pending = len(self._waiting) + (self._in_hand is not None)
         self._status = replace(self._status, pending=pending)
 
-    def _refusal(self, pair: Pair) -> AnalysisFailed | None:
+    def _refusal(self, pair: PairJob) -> AnalysisFailed | None:
         if self._crashes[_key(pair)] >= self._tries:
             again = AnalysisFailed("This pair ended the analysis before; it is not retried.", KEPT)
             return self._off() or again
@@ -185,5 +185,5 @@ class WorkQueue:
         return AnalysisOff("The analysis is off.", f"{KEPT} Start the analysis again.")
 
 
-def _key(pair: Pair) -> str:
+def _key(pair: PairJob) -> str:
     return pair.request.saved.key

@@ -10,7 +10,7 @@ from typing import Protocol
 from fieldcam.analysis.messages import (
     Analyse,
     Answer,
-    Look,
+    FindTags,
     Request,
     Setup,
     Tags,
@@ -60,7 +60,7 @@ class Service:
                 self._opened().warm_up()
             case Analyse(saved, expectation):
                 return self._opened().analyse(saved, expectation)
-            case Look(image, shrunk, calibration):
+            case FindTags(image, shrunk, calibration):
                 return self._opened().look(image, shrunk, calibration)
         return None
 

@@ -15,9 +15,9 @@ from time import monotonic
 from types import TracebackType
 from typing import Self
 
-from fieldcam.analysis.messages import Analyse, Look, Ping, Setup, Tags, WarmUp
-from fieldcam.analysis.process import KEPT, NO_ANSWER, AnalysisProcess, Bell
-from fieldcam.analysis.queue import Listener, Pair, Preview, WorkQueue
+from fieldcam.analysis.messages import Analyse, FindTags, Ping, Setup, Tags, WarmUp
+from fieldcam.analysis.process import KEPT, NO_ANSWER, AnalysisProcess, Wakeup
+from fieldcam.analysis.queue import Listener, PairJob, PreviewJob, WorkQueue
 from fieldcam.analysis.status import Limits, State, Status
 from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import AnalysisFailed, AnalysisOff, FieldcamError
@@ -51,8 +51,8 @@ class Supervisor:
         `log` takes what the process prints.
         """
         self._setup, self._log, self._limits, self._child = setup, log, limits, child
-        self._bell = Bell()
-        self._queue = WorkQueue(self._bell, listener, limits.tries)
+        self._wakeup = Wakeup()
+        self._queue = WorkQueue(self._wakeup, listener, limits.tries)
         self._lifecycle = threading.Lock()
         self._process: AnalysisProcess | None = None
         self._start()
@@ -70,13 +70,13 @@ class Supervisor:
         An urgent pair goes before those that wait. A pair that ended the process
         too often is refused, unless the operator asks for it `again`.
         """
-        pair = Pair(Analyse(saved, expectation))
+        pair = PairJob(Analyse(saved, expectation))
         self._queue.submit(pair, urgent, again)
         return pair.future
 
     def look(self, image: Path, shrunk: int, calibration: Path | None = None) -> Future[Tags]:
         """The promise of a preview's tags in its own pixels; a newer preview cancels it."""
-        preview = Preview(Look(image, shrunk, calibration))
+        preview = PreviewJob(FindTags(image, shrunk, calibration))
         self._queue.look(preview)
         return preview.future
 
@@ -87,21 +87,21 @@ class Supervisor:
     def restart(self) -> None:
         """Start again after STOPPED, with a clean slate; at other times nothing happens."""
         with self._lifecycle:
-            if self.status.state is State.STOPPED and not self._bell.closing.is_set():
+            if self.status.state is State.STOPPED and not self._wakeup.closing.is_set():
                 self._queue.open()
                 self._start()
 
     def close(self) -> None:
         """End for good; pairs that wait fail."""
         with self._lifecycle:
-            if self._bell.closing.is_set():
+            if self._wakeup.closing.is_set():
                 return
-            self._bell.close()
+            self._wakeup.close()
         if self._thread is threading.current_thread():
             return
         self._thread.join(self._limits.close_s)
         if not self._thread.is_alive():
-            self._bell.dispose()
+            self._wakeup.dispose()
         elif self._process is not None:
             self._process.kill()
 
@@ -136,7 +136,7 @@ class Supervisor:
     def _live(self) -> AnalysisOff | None:
         """Serve with one process as long as it lives; None when another one should follow."""
         try:
-            with AnalysisProcess(self._child, self._log, self._bell) as process:
+            with AnalysisProcess(self._child, self._log, self._wakeup) as process:
                 self._process = process
                 self._serve(process)
         except AnalysisOff as off:
@@ -154,7 +154,7 @@ class Supervisor:
             process.check()
             if (preview := self._queue.take_preview()) is not None:
                 self._look(process, preview, deadline_s)
-                continue  # what came meanwhile has rung already
+                continue  # what came meanwhile wakes it once more
             pair = self._queue.take()
             if pair is None:
                 self._rest(process)
@@ -167,7 +167,7 @@ class Supervisor:
         if not process.rest(self._limits.ping_every_s):
             process.ask(Ping(), self._limits.pair_s)
 
-    def _look(self, process: AnalysisProcess, preview: Preview, deadline_s: float) -> None:
+    def _look(self, process: AnalysisProcess, preview: PreviewJob, deadline_s: float) -> None:
         """Before the pairs that wait, since it takes no time and the operator aims by it."""
         try:
             reply = process.ask(preview.request, deadline_s)
@@ -178,7 +178,7 @@ class Supervisor:
             raise
         preview.settle(reply)
 
-    def _read(self, process: AnalysisProcess, pair: Pair, deadline_s: float) -> None:
+    def _read(self, process: AnalysisProcess, pair: PairJob, deadline_s: float) -> None:
         self._queue.enter(State.BUSY)
         try:
             reply = process.ask(pair.request, deadline_s)

@@ -34,8 +34,8 @@ from fieldcam.values import (
     Verdict,
 )
 
-Pair = tuple[float, float]
-Triple = tuple[float, float, float]
+XY = tuple[float, float]
+XYZ = tuple[float, float, float]
 
 
 class Form(msgspec.Struct, frozen=True, eq=False):
@@ -57,10 +57,10 @@ def _plain(value: object) -> object:
 
 class TagForm(Form, frozen=True):
     id: int
-    center_px: Pair
-    corners_px: tuple[Pair, Pair, Pair, Pair]
-    translation_mm: Triple | None
-    rotation: tuple[Triple, Triple, Triple] | None
+    center_px: XY
+    corners_px: tuple[XY, XY, XY, XY]
+    translation_mm: XYZ | None
+    rotation: tuple[XYZ, XYZ, XYZ] | None
     decision_margin: float
 
     @classmethod
@@ -147,7 +147,7 @@ class FruitletForm(Form, frozen=True, kw_only=True):
     in_target: bool
     diameter_mm: float | None
     sd_mm: float | None = None
-    center_px: Pair
+    center_px: XY
     box_px: tuple[float, float, float, float]
     score: float
     disparity_px: float | None
@@ -157,7 +157,7 @@ class FruitletForm(Form, frozen=True, kw_only=True):
     mask: MaskForm
     outline: Ellipse | None
     cluster: int | None
-    centroid_mm: Triple | None
+    centroid_mm: XYZ | None
     cloud_points: int
     cloud: str
     """As `packing.encode_cloud` gives it."""
@@ -187,8 +187,8 @@ class ReadingForm(Form, frozen=True, kw_only=True):
     tags_seen: tuple[int, ...]
     verdict: VerdictForm
     fruitlets: tuple[FruitletForm, ...]
-    faint_px: tuple[Pair, ...] = ()
-    unsure_px: tuple[Pair, ...] = ()
+    faint_px: tuple[XY, ...] = ()
+    unsure_px: tuple[XY, ...] = ()
     tag_size_error: float | None = None
     window: WindowForm | None
 
