@@ -22,7 +22,7 @@ from typing import Any
 import cv2
 
 from export.study_pictures import photograph
-from fieldcam.exchange.readings import encode_reading
+from fieldcam.codec.readings import dump_reading
 from fieldcam.models import find_models
 from fieldcam.report.scoring import score_capture
 from fieldcam.simulator import Block, TrueFruitlet, Truth, Variety, calibration_of
@@ -127,7 +127,7 @@ def _kept(reading: ClusterReading, truth: Truth) -> Json:
         for each in scored
         if each.reading is not None and each.truth is not None and each.truth.in_target
     }
-    return {"identities": identities, "reading": encode_reading(reading)}
+    return {"identities": identities, "reading": json.loads(dump_reading(reading))}
 
 
 @cache

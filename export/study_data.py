@@ -11,7 +11,7 @@ from typing import Any
 
 from export.study_captures import DAYS, VIEWS, Job, StudySet
 from export.study_sights import sights
-from fieldcam.exchange.readings import decode_reading
+from fieldcam.codec.readings import load_reading
 from fieldcam.growth.evaluation.named import NamedCluster
 from fieldcam.growth.places import ClusterVisit, Place, View
 from fieldcam.report.scoring import WELL_VISIBLE
@@ -94,7 +94,7 @@ def _cluster(of: StudySet, index: int, plan: ClusterPlan, stereo: str, views: in
             name = f"{index}/{day}/{job.view}"
             document = json.loads(gzip.decompress(job.path.read_bytes()))
             kept = document["readings"][stereo]
-            seen.append(View(name, decode_reading(kept["reading"])))
+            seen.append(View(name, load_reading(json.dumps(kept["reading"]))))
             identities |= {Place(name, int(k)): v for k, v in kept["identities"].items()}
             visible[name] = {
                 f["id"]: f["visible_fraction"] for f in document["truth"] if f["id"] >= 0

@@ -20,7 +20,7 @@ from hypothesis import HealthCheck, settings
 from made_readings import CAMERA, made_fruitlet, made_reading
 from watched_analysis import HERE, PATIENT, Watch, Watched
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.status import Limits
 from fieldcam.values import Flag, Reason, ReasonCode, Status, Verdict
 from fieldcam.vision.pipeline import Pipeline

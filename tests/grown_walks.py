@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from made_clusters import made_view, ring
+from made_readings import encoded
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
 from fieldcam.store.fruit_rows import CaliperIdentity
@@ -36,6 +37,6 @@ def photograph(walk: MadeWalk, visit: str, tag_id: int, sizes: Sequence[float | 
     reading = made_view("", ring(sizes)).reading
     assert isinstance(reading.tag, TagPose)
     read = replace(reading, tag=replace(reading.tag, id=tag_id))
-    (key,) = walk.store.append(reading_row(capture, read, 400.0))
+    (key,) = walk.store.append(reading_row(capture, encoded(read), 400.0))
     walk.store.append(Decision(capture, Action.ACCEPT))
     walk.store.append(*(CaliperIdentity(key, n, str(n + 1)) for n in range(len(sizes))))

@@ -13,12 +13,13 @@ from types import TracebackType
 from typing import Self, TypeVar
 
 import numpy as np
-from made_readings import TAG, made_fruitlet, made_reading
+from made_readings import TAG, encoded, made_fruitlet, made_reading
 from stored_walks import MadeWalk, raw_pair, small_store
 
 from fieldcam.analysis.status import State, Status
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.camera.preview import Preview
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import CameraUnplugged
 from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.events import Changed, LiveEvent, Saved, VerdictReady
@@ -112,7 +113,7 @@ class ToldAnalysis:
         self.status = Status(State.READY)
         self.outcomes: list[ClusterReading | Exception] = []
         self.asked: list[tuple[SavedCapture, Expectation]] = []
-        self.waiting: list[Future[ClusterReading]] = []
+        self.waiting: list[Future[EncodedReading]] = []
         self.sights: list[tuple[TagPose, ...] | Exception] = []
         """Of the previews; the last one stays, without any a preview waits."""
         self.looked: list[Path] = []
@@ -128,15 +129,15 @@ class ToldAnalysis:
         *,
         urgent: bool = False,
         again: bool = False,
-    ) -> Future[ClusterReading]:
-        future: Future[ClusterReading] = Future()
+    ) -> Future[EncodedReading]:
+        future: Future[EncodedReading] = Future()
         self.asked.append((saved, expectation))
         if not self.outcomes:
             self.waiting.append(future)
         elif isinstance(outcome := self.outcomes.pop(0), Exception):
             future.set_exception(outcome)
         else:
-            future.set_result(outcome)
+            future.set_result(encoded(outcome))
         return future
 
     def look(

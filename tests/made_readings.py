@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fieldcam.codec.readings import EncodedReading, dump_reading, parse_reading
 from fieldcam.values import (
     Calibration,
     ClusterReading,
@@ -90,6 +91,11 @@ def made_reading(
         models={"segmentation": "a" * 64, "stereo": "b" * 64},
         software_version="0.0",
     )
+
+
+def encoded(reading: ClusterReading) -> EncodedReading:
+    """As the analysis process hands it over."""
+    return parse_reading(dump_reading(reading))
 
 
 def grey_image(level: int = 90) -> ImageU8:

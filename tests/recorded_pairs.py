@@ -8,11 +8,13 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from made_readings import TAG, made_fruitlet, made_reading
+from made_readings import TAG, encoded, made_fruitlet, made_reading
 
+from fieldcam.analysis.work import DirectAnalyst
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import FieldcamError
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import ClusterReading, Expectation, Reason, ReasonCode, Status, Verdict
+from fieldcam.values import Expectation, Reason, ReasonCode, Status, Verdict
 
 WIDTH, HEIGHT = 64, 48
 CAMERA_INFO = """\
@@ -50,6 +52,16 @@ def write_pairs(folder: Path, stems: Iterable[str], suffix: str = ".png") -> Pat
     return folder
 
 
+class Encoding:
+    """Reads in this process, and hands over what the analysis process would."""
+
+    def __init__(self, direct: DirectAnalyst) -> None:
+        self._direct = direct
+
+    def analyse(self, saved: SavedCapture, expectation: Expectation) -> EncodedReading:
+        return encoded(self._direct.analyse(saved, expectation))
+
+
 QUESTION = "3 fruitlets, last visit 4: fallen, or hidden by a leaf?"
 
 
@@ -61,7 +73,7 @@ class FakeAnalyst:
     status: Status = Status.ACCEPT
     error: FieldcamError | None = None
 
-    def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
+    def analyse(self, saved: SavedCapture, expectation: Expectation) -> EncodedReading:
         self.asked.append((saved, expectation))
         if self.error is not None:
             raise self.error
@@ -71,4 +83,5 @@ class FakeAnalyst:
         blurred = Reason(ReasonCode.BLURRED, "The picture is blurred.")
         fewer = Reason(ReasonCode.FEWER_THAN_BEFORE, QUESTION)
         reasons = {Status.RETAKE: (blurred,), Status.CONFIRM: (fewer,)}.get(self.status, ())
-        return made_reading(fruitlets, Verdict(self.status, reasons), tag, expectation)
+        reading = made_reading(fruitlets, Verdict(self.status, reasons), tag, expectation)
+        return encoded(reading)

@@ -14,7 +14,8 @@ from threading import Event, Timer
 import numpy as np
 from made_readings import TAG, made_fruitlet, made_reading
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.child import serve
+from fieldcam.analysis.messages import Setup
 from fieldcam.errors import ImageUnreadable, ModelMissing
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import ClusterReading, Expectation, TagPose
@@ -154,3 +155,9 @@ class Deaf(Scripted):
 
     def warm_up(self) -> None:
         Timer(0.1, hang_with_interpreter).start()
+
+
+WORKS = {each.__name__: each for each in (Scripted, Untouched, Falling, Leaving, Waiting, Deaf)}
+
+if __name__ == "__main__":
+    serve(WORKS[sys.argv[1]], int(sys.argv[2]))

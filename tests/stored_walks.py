@@ -8,7 +8,7 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
-from made_readings import TAG, made_fruitlet, made_reading
+from made_readings import TAG, encoded, made_fruitlet, made_reading
 from sqlite_utils import Database
 
 from fieldcam.store.captures import SavedCapture
@@ -93,7 +93,7 @@ class MadeWalk:
             for n in range(3)
         ]
         reading = made_reading([*target, *others], tag=replace(TAG, id=tag_read))
-        return self.store.append(reading_row(capture, reading, 400.0))[0]
+        return self.store.append(reading_row(capture, encoded(reading), 400.0))[0]
 
     def accepted(self, capture: EntryId) -> Decision:
         return Decision(capture, Action.ACCEPT)

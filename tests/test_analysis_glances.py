@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -10,15 +11,21 @@ from drawn_tags import IMAGE_CORNERS, draw_tag
 from made_readings import CAMERA
 from watched_analysis import LONG_S, Watch, pair
 
-from fieldcam.analysis.conversation import Bell
-from fieldcam.analysis.frames import FrameInvalid, Frames, frame
-from fieldcam.analysis.glances import Glances
-from fieldcam.analysis.replies import Seen, decode_reply, encode_reply
-from fieldcam.analysis.requests import Look, Setup, decode_request, encode_request
+from fieldcam.analysis.messages import (
+    FindTags,
+    Frames,
+    MessageInvalid,
+    Setup,
+    decode_reply,
+    encode_reply,
+    frame,
+)
+from fieldcam.analysis.process import Wakeup
+from fieldcam.analysis.queue import PreviewJob, WorkQueue
 from fieldcam.analysis.status import State, Status
 from fieldcam.analysis.work import VisionWork
+from fieldcam.disk.raw_images import encode_raw
 from fieldcam.errors import AnalysisFailed, AnalysisOff, ImageUnreadable
-from fieldcam.store.raw_images import encode_raw
 from fieldcam.values import Calibration, Expectation
 from fieldcam.vision.tags import detect_tags
 
@@ -69,17 +76,19 @@ def test_a_closed_analysis_looks_at_nothing(watch: Watch) -> None:
 
 
 def test_a_newer_preview_takes_the_place_of_the_one_that_waits() -> None:
-    glances = Glances(Bell())
-    first, second = (glances.submit(Look(Path("p"), n)) for n in (1, 2))
-    assert first.cancelled()
-    taken = glances.take()
-    assert taken is not None and taken.look.shrunk == 2 and taken.future is second
-    assert glances.take() is None
-    third = glances.submit(Look(Path("p"), 3))
-    glances.shut(AnalysisOff("The analysis is off."))
-    assert isinstance(third.exception(0), AnalysisOff)
-    glances.open()
-    assert not glances.submit(Look(Path("p"), 4)).done()
+    queue = WorkQueue(Wakeup(), lambda status: None, tries=2)
+    first, second, third, fourth = (PreviewJob(FindTags(Path("p"), n)) for n in range(4))
+    queue.look(first)
+    queue.look(second)
+    assert first.future.cancelled()
+    assert queue.take_preview() is second
+    assert queue.take_preview() is None
+    queue.look(third)
+    queue.shut(AnalysisOff("The analysis is off."))
+    assert isinstance(third.future.exception(0), AnalysisOff)
+    queue.open()
+    queue.look(fourth)
+    assert not fourth.future.done()
 
 
 @pytest.fixture
@@ -124,12 +133,6 @@ def test_a_previews_own_calibration_goes_first(preview: Path, tmp_path: Path) ->
         assert tag.range_mm == pytest.approx(2 * RANGE_MM, rel=0.02)
 
 
-def test_a_look_names_its_calibration() -> None:
-    for calibration in (None, Path("/objects/ab/cd.yml")):
-        look = Look(Path("preview.pnm"), 3, calibration)
-        assert decode_request(encode_request(look)) == look
-
-
 def test_without_a_camera_the_tag_is_read_all_the_same(preview: Path) -> None:
     (tag,) = VisionWork(Setup(None)).look(preview, 3)
     assert (tag.id, tag.range_mm) == (17, None)
@@ -144,11 +147,11 @@ def test_a_preview_that_is_gone_is_said(tmp_path: Path) -> None:
 def test_tags_arrive_as_they_were_seen(camera: Calibration | None) -> None:
     corners = IMAGE_CORNERS * 20 + 60
     tags = detect_tags(draw_tag(corners, (120, 120)), camera)
-    (document,) = Frames().feed(frame(encode_reply(Seen(tags))))
-    assert tags and decode_reply(document) == Seen(tags)
+    (document,) = Frames().feed(frame(encode_reply(tags)))
+    assert tags and decode_reply(document) == tags
 
 
 @pytest.mark.parametrize("tags", [None, 1, [1], [{}], [{"id": 1, "center_px": [1]}]])
 def test_tags_that_are_none_are_refused(tags: object) -> None:
-    with pytest.raises(FrameInvalid):
-        decode_reply({"is": "tags", "tags": tags})
+    with pytest.raises(MessageInvalid):
+        decode_reply(json.dumps({"is": "tags", "tags": tags}).encode())

@@ -2,31 +2,39 @@
 
 from __future__ import annotations
 
+import json
+import os
 import struct
+from dataclasses import replace
+from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_readings import made_fruitlet, made_reading
+from made_readings import TAG, made_fruitlet, made_reading
 
 from fieldcam import errors
-from fieldcam.analysis.frames import LONGEST_BYTES, FrameInvalid, Frames, frame
-from fieldcam.analysis.replies import Done, Failed, Read, decode_reply, encode_reply
-from fieldcam.analysis.requests import (
+from fieldcam.analysis.messages import (
+    LONGEST_BYTES,
     Analyse,
-    Look,
+    FindTags,
+    Frames,
+    MessageInvalid,
     Ping,
     Request,
     Setup,
     WarmUp,
-    decode_request,
+    decode_reply,
+    encode_reply,
     encode_request,
+    frame,
+    requests_in,
 )
-from fieldcam.analysis.restarts import RestartWindow
-from fieldcam.errors import AnalysisFailed, FieldcamError
-from fieldcam.exchange.readings import dump_reading
+from fieldcam.analysis.supervisor import RestartWindow
+from fieldcam.codec.readings import EncodedReading, dump_reading
+from fieldcam.errors import AnalysisFailed, FieldcamError, ImageUnreadable
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import Calibration, Expectation, Matcher, Method, Settings
 
@@ -55,7 +63,7 @@ requests = st.one_of(
         st.builds(SavedCapture, st.text(), paths, paths, paths, st.none() | paths),
         st.builds(Expectation, counts, counts),
     ),
-    st.builds(Look, paths, st.integers(1, 9)),
+    st.builds(FindTags, paths, st.integers(1, 9), st.none() | paths),
     st.just(Ping()),
 )
 json_values = st.recursive(
@@ -66,14 +74,18 @@ json_values = st.recursive(
 )  # fmt: skip
 
 
-@given(requests)
-def test_a_request_arrives_as_it_was_sent(request: Request) -> None:
-    (document,) = Frames().feed(frame(encode_request(request)))
-    assert decode_request(document) == request
+@given(st.lists(requests, max_size=3))
+def test_requests_arrive_as_they_were_sent(sent: list[Request]) -> None:
+    stream = b"".join(map(encode_request, sent))
+    assert list(requests_in(BytesIO(stream))) == sent
+    assert list(requests_in(BytesIO(stream[:-1]))) == sent[:-1]
 
 
-@given(st.lists(json_values, max_size=5), st.lists(st.integers(0, 200), max_size=20))
-def test_documents_come_whole_out_of_any_pieces(documents: list[object], cuts: list[int]) -> None:
+@given(
+    st.lists(st.binary(min_size=1, max_size=99), max_size=5),
+    st.lists(st.integers(0, 200), max_size=20),
+)
+def test_documents_come_whole_out_of_any_pieces(documents: list[bytes], cuts: list[int]) -> None:
     stream = b"".join(frame(document) for document in documents)
     edges = [0, *sorted(cut for cut in cuts if cut < len(stream)), len(stream)]
     frames = Frames()
@@ -88,33 +100,44 @@ def test_fuzz_any_bytes_are_waited_for_or_refused(data: bytes) -> None:
     try:
         for document in Frames().feed(data):
             decode_reply(document)
-    except FrameInvalid:
+    except MessageInvalid:
         pass
 
 
-@given(json_values)
-def test_a_document_that_is_no_reply_is_refused(document: object) -> None:
-    with pytest.raises(FrameInvalid):
+@given(json_values.map(lambda value: json.dumps(value).encode()) | st.binary(max_size=50))
+def test_a_document_that_is_no_reply_is_refused(document: bytes) -> None:
+    with pytest.raises(MessageInvalid):
         decode_reply(document)
+
+
+@pytest.mark.parametrize("reading", [None, 1, [], {}, {"schema": 1}, {"schema": 99}])
+def test_a_reading_that_is_none_is_refused(reading: object) -> None:
+    with pytest.raises(MessageInvalid):
+        decode_reply(json.dumps({"is": "reading", "reading": reading}).encode())
 
 
 @pytest.mark.parametrize("length", [0, LONGEST_BYTES + 1, 2**32 - 1])
 def test_a_length_that_no_reading_has_is_refused_at_once(length: int) -> None:
-    with pytest.raises(FrameInvalid):
+    with pytest.raises(MessageInvalid):
         list(Frames().feed(struct.pack(">I", length)))
 
 
 def test_not_a_number_does_not_travel() -> None:
-    with pytest.raises(ValueError):
-        frame({"size": float("nan")})
+    nan = float("nan")
+    for answer in (
+        made_reading([made_fruitlet(0, (100.0, 100.0), nan)]),
+        (replace(TAG, decision_margin=nan),),
+    ):
+        with pytest.raises(ValueError):
+            encode_reply(answer)
 
 
-def test_a_reading_arrives_as_the_store_would_keep_it() -> None:
+def test_a_reading_arrives_as_the_text_that_is_stored() -> None:
     reading = made_reading([made_fruitlet(0, (100.0, 100.0))], expectation=Expectation(17, 5))
-    (document,) = Frames().feed(frame(encode_reply(Read(reading))))
+    (document,) = Frames().feed(frame(encode_reply(reading)))
     reply = decode_reply(document)
-    assert isinstance(reply, Read)
-    assert dump_reading(reply.reading) == dump_reading(reading)
+    assert isinstance(reply, EncodedReading)
+    assert reply.text == dump_reading(reading) == dump_reading(reply.decode())
 
 
 def leaves(kind: type[FieldcamError]) -> list[type[FieldcamError]]:
@@ -125,21 +148,26 @@ def leaves(kind: type[FieldcamError]) -> list[type[FieldcamError]]:
     "kind", [kind for kind in leaves(FieldcamError) if kind.__module__ == errors.__name__]
 )
 def test_each_error_of_ours_arrives_as_itself(kind: type[FieldcamError]) -> None:
-    reply = decode_reply(encode_reply(Failed(kind("It is so.", "Do this."))))
-    assert isinstance(reply, Failed)
-    assert type(reply.error) is kind
-    assert (reply.error.message, reply.error.hint) == ("It is so.", "Do this.")
+    error = decode_reply(encode_reply(kind("It is so.", "Do this.")))
+    assert type(error) is kind
+    assert (error.message, error.hint) == ("It is so.", "Do this.")
 
 
 @pytest.mark.parametrize("name", ["SystemExit", "ExitCode", "IntEnum", "no such thing"])
 def test_an_error_of_nobodys_arrives_as_a_failed_analysis(name: str) -> None:
-    reply = decode_reply({"is": "error", "error": name, "message": "m", "hint": "h"})
-    assert isinstance(reply, Failed)
-    assert type(reply.error) is AnalysisFailed
+    document = {"is": "error", "error": name, "message": "m", "hint": "h"}
+    assert type(decode_reply(json.dumps(document).encode())) is AnalysisFailed
+
+
+def test_an_error_may_name_a_file_that_is_no_text() -> None:
+    name = os.fsdecode(b"caf\xe9.yml")
+    error = decode_reply(encode_reply(ImageUnreadable(f"{name} is damaged.")))
+    assert isinstance(error, ImageUnreadable)
+    assert error.message == "caf\ufffd.yml is damaged."
 
 
 def test_done_is_done() -> None:
-    assert decode_reply(encode_reply(Done())) == Done()
+    assert decode_reply(encode_reply(None)) is None
 
 
 @given(st.lists(st.floats(0, 30), max_size=60), st.integers(0, 6), st.floats(1, 100))

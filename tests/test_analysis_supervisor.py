@@ -11,17 +11,21 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from queue import SimpleQueue
 from random import Random
 from time import perf_counter
 
 import pytest
+import watched_analysis
 from made_readings import CAMERA
-from watched_analysis import HASTY, HERE, LONG_S, Watch, pair
+from watched_analysis import HASTY, HERE, LONG_S, Watch, pair, scripted
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Ping, Reply, Request, Setup, WarmUp
+from fieldcam.analysis.process import AnalysisProcess
 from fieldcam.analysis.status import Limits, State, Status
 from fieldcam.analysis.supervised import SupervisedAnalyst
 from fieldcam.analysis.supervisor import Supervisor
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import (
     AnalysisFailed,
     AnalysisOff,
@@ -32,7 +36,7 @@ from fieldcam.errors import (
 )
 from fieldcam.session.walk import Analysed, NotAnalysed, Saved, walk
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import ClusterReading, Expectation, RawPair
+from fieldcam.values import Expectation, RawPair
 
 
 def ends_within(pid: int, seconds: float) -> float | None:
@@ -192,15 +196,21 @@ def test_an_idle_process_that_answers_no_more_is_replaced(watch: Watch) -> None:
     assert "longer than 0.3 s" in watched.wait_for(State.RESTARTING).last_error
 
 
-def test_an_idle_process_shows_that_it_lives(watch: Watch) -> None:
+def test_an_idle_process_is_asked_whether_it_lives_and_nobody_is_told(
+    watch: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: SimpleQueue[Request] = SimpleQueue()
+    ask = AnalysisProcess.ask
+
+    def noted(process: AnalysisProcess, request: Request, deadline_s: float) -> Reply:
+        asked.put(request)
+        return ask(process, request, deadline_s)
+
+    monkeypatch.setattr(AnalysisProcess, "ask", noted)
     watched = watch(limits=Limits(ping_every_s=0.02))
-    watched.wait_for(State.READY)
-    age_s, before_s = watched.supervisor.heartbeat_age_s, 0.0
-    while age_s >= before_s:  # until an answer makes it young again
-        before_s, age_s = age_s, watched.supervisor.heartbeat_age_s
-        assert age_s < LONG_S
-        threading.Event().wait(0.005)
-    assert len(watched.heard) == 1  # nobody is told of it
+    kinds = [type(asked.get(timeout=LONG_S)) for _ in range(4)]
+    assert kinds == [WarmUp, Ping, Ping, Ping]
+    assert watched.heard == [Status(State.READY)]
 
 
 @pytest.mark.parametrize("key", ["hang", "hang_with_interpreter"])
@@ -249,14 +259,14 @@ def test_a_log_that_cannot_be_written_stops_nothing(
 ) -> None:
     monkeypatch.setenv("PYTHONPATH", f"{HERE}{os.pathsep}{HERE.parent}")
     log = Path("/proc/nowhere/analysis.log")
-    with Supervisor(Setup(CAMERA), log, work="scripted_analysis:Scripted") as supervisor:
+    with Supervisor(Setup(CAMERA), log, child=scripted("Scripted")) as supervisor:
         assert supervisor.submit(pair("chatter"), Expectation()).result(LONG_S)
 
 
 def test_an_interpreter_that_cannot_be_started_is_said(
     watch: Watch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fieldcam.analysis.process.PYTHON", ("/nowhere/python", "-P"))
+    monkeypatch.setattr(watched_analysis, "PYTHON", ("/nowhere/python", "-P"))
     watched = watch()
     status = watched.wait_for(State.STOPPED)
     assert status.restarts == 5
@@ -276,7 +286,7 @@ def test_a_walk_goes_on_over_a_crash(watch: Watch) -> None:
         def save(self, raw: RawPair, expectation: Expectation) -> SavedCapture:
             return pair(next(self.keys))
 
-        def keep(self, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:
+        def keep(self, saved: SavedCapture, reading: EncodedReading, duration_ms: float) -> None:
             pass
 
         def fail(self, saved: SavedCapture, error: FieldcamError) -> None:
@@ -293,13 +303,14 @@ def test_a_walk_goes_on_over_a_crash(watch: Watch) -> None:
 PARENT = """
 import sys, threading
 from pathlib import Path
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.supervisor import Supervisor
+from fieldcam.safe_path import PYTHON
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import Calibration, Expectation
 
 camera = Calibration(640, 480, 760.0, 320.0, 240.0, 60.0)
-supervisor = Supervisor(Setup(camera), work="scripted_analysis:Scripted")
+supervisor = Supervisor(Setup(camera), child=(*PYTHON, "-m", "scripted_analysis", "Scripted"))
 gate = Path(sys.argv[2])
 supervisor.submit(SavedCapture(sys.argv[1], gate, gate, gate), Expectation())
 print("started", flush=True)
@@ -392,6 +403,6 @@ def _children(parent_pid: int) -> set[int]:
     for entry in Path("/proc").iterdir():
         with suppress(OSError, ValueError):
             arguments = (entry / "cmdline").read_bytes().split(b"\0")
-            if b"fieldcam.analysis.child" in arguments and arguments[-2] == b"%d" % parent_pid:
+            if b"scripted_analysis" in arguments and arguments[-2] == b"%d" % parent_pid:
                 found.add(int(entry.name))
     return found

@@ -12,14 +12,13 @@ import numpy as np
 import pytest
 from made_readings import CAMERA, made_reading
 
-from fieldcam.analysis.direct import DirectAnalyst
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.supervised import SupervisedAnalyst
 from fieldcam.analysis.supervisor import Supervisor
-from fieldcam.analysis.work import VisionWork
+from fieldcam.analysis.work import DirectAnalyst, VisionWork
 from fieldcam.cli import self_test
+from fieldcam.codec.readings import dump_reading
 from fieldcam.errors import CalibrationInvalid
-from fieldcam.exchange.readings import dump_reading
 from fieldcam.models import find_models
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.folder import DataKind
@@ -106,4 +105,6 @@ def test_a_process_of_its_own_reads_the_same(tmp_path: Path) -> None:
     direct = DirectAnalyst(pipeline, self_test.CAMERA, Settings()).analyse(saved, expectation)
     with Supervisor(Setup(self_test.CAMERA), tmp_path / "analysis.log") as supervisor:
         apart = SupervisedAnalyst(supervisor).analyse(saved, expectation)
-    assert dump_reading(replace(apart, timing_ms={})) == dump_reading(replace(direct, timing_ms={}))
+    assert dump_reading(replace(apart.decode(), timing_ms={})) == dump_reading(
+        replace(direct, timing_ms={})
+    )

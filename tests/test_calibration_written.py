@@ -21,9 +21,9 @@ from fieldcam.calibration.rig import Eye, StereoRig
 from fieldcam.calibration.solving import Lens, RawStereo
 from fieldcam.calibration.sources import read_document
 from fieldcam.calibration.written import calibration_files
+from fieldcam.disk.durable import write_folder_durably
 from fieldcam.errors import StorageError
 from fieldcam.store.calibrations import calibration_in_use, next_calibration
-from fieldcam.store.durable import write_folder_durably
 from fieldcam.values import Calibration
 
 

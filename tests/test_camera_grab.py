@@ -24,6 +24,7 @@ from emulated_camera.shapes import LEFT_SERIAL, RIGHT_SERIAL, Shape, stereo_head
 from fieldcam.camera import finding
 from fieldcam.camera.preview import Preview
 from fieldcam.cli import main
+from fieldcam.disk.durable import write_durably
 from fieldcam.errors import (
     CameraUnplugged,
     CaptureTimeout,
@@ -33,7 +34,6 @@ from fieldcam.errors import (
 )
 from fieldcam.exchange.capture_folder import read_capture_folder
 from fieldcam.exchange.images import read_pair
-from fieldcam.store.durable import write_durably
 from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair
 
 Capture = pytest.CaptureFixture[str]

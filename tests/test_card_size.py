@@ -13,10 +13,11 @@ import pytest
 from called_commands import Capture, run
 from made_evidence import evidence, in_right, make_tag
 from made_readings import CAMERA, made_reading
+from recorded_pairs import Encoding
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
-from fieldcam.analysis.direct import DirectAnalyst
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
+from fieldcam.analysis.work import DirectAnalyst
 from fieldcam.cli.card_size import tag_size_of
 from fieldcam.errors import ExitCode
 from fieldcam.session.growing import cluster_rows, followed_cluster
@@ -131,7 +132,7 @@ def test_printing_the_cards_of_a_block_sets_their_size_up(tmp_path: Path, capsys
 
 
 def test_an_import_sets_it_up_once(store: Store) -> None:
-    analyst = DirectAnalyst(cast(Pipeline, Noting()), CAMERA, Settings())
+    analyst = Encoding(DirectAnalyst(cast(Pipeline, Noting()), CAMERA, Settings()))
     for _ in range(2):
         assert (
             list(import_pairs(store, Block("North"), analyst, [], ImportTerms(tag_size_mm=30.0)))

@@ -12,7 +12,7 @@ from grown_walks import grown_field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from live_walks import read, walked
-from made_readings import made_reading
+from made_readings import encoded, made_reading
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.cli.main import main
@@ -120,7 +120,7 @@ def test_damage_in_the_middle_of_a_walk_stops_no_screen(tmp_path: Path) -> None:
 @settings(max_examples=50)
 @given(st.integers(0, 2**31), st.integers(0, 7))
 def test_every_flipped_bit_of_a_row_is_seen(place: int, bit: int) -> None:
-    row = reading_row("capture", made_reading(), 400.0)
+    row = reading_row("capture", encoded(made_reading()), 400.0)
     values = [str(getattr(row, name)).encode() for name in SEALED_COLUMNS]
     joined = max(range(len(values)), key=lambda n: len(values[n]))
     changed = bytearray(values[joined])
@@ -132,6 +132,6 @@ def test_every_flipped_bit_of_a_row_is_seen(place: int, bit: int) -> None:
 def test_the_seal_is_that_of_the_stored_row(tmp_path: Path) -> None:
     with small_store(tmp_path) as store:
         walk = MadeWalk(store)
-        whole_number = reading_row(walk.accept(walk.visit(), 11), made_reading(), 400)
+        whole_number = reading_row(walk.accept(walk.visit(), 11), encoded(made_reading()), 400)
         store.append(whole_number)
         assert damaged_readings(store.database) == ()

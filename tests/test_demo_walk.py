@@ -15,8 +15,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from made_readings import CAMERA, TAG, disc_mask, made_fruitlet, made_reading
+from recorded_pairs import Encoding
 
-from fieldcam.analysis.direct import DirectAnalyst
+from fieldcam.analysis.work import DirectAnalyst
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
 from fieldcam.cli import main
 from fieldcam.errors import AnalysisTimeout, CameraUnplugged, ExitCode
@@ -97,8 +98,8 @@ def pipeline(
     fake = FakePipeline([])
 
     @contextmanager
-    def analyst(camera: Calibration, models: Path, data: Path) -> Iterator[DirectAnalyst]:
-        yield DirectAnalyst(cast(Pipeline, fake), camera, Settings())
+    def analyst(camera: Calibration, models: Path, data: Path) -> Iterator[Encoding]:
+        yield Encoding(DirectAnalyst(cast(Pipeline, fake), camera, Settings()))
 
     monkeypatch.setattr("fieldcam.cli.demo.open_analyst", analyst)
     monkeypatch.setattr("fieldcam.simulator.capture", fake_capture)

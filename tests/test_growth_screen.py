@@ -11,7 +11,7 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
-from made_readings import TAG, made_fruitlet, made_reading
+from made_readings import TAG, encoded, made_fruitlet, made_reading
 from made_tracks import tracked_by_id
 from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import FIRST_DAY, MadeWalk, small_store
@@ -48,7 +48,9 @@ def grow(made: MadeWalk, tag_id: int, day: int) -> None:
         made_fruitlet(n, (100.0 + 30 * n, 100.0), 7 + n / 2 + day * n / 5) for n in range(6)
     ]
     reading = made_reading(fruitlets, tag=replace(TAG, id=tag_id))
-    made.store.append(reading_row(capture, reading, 400.0), Decision(capture, Action.ACCEPT))
+    made.store.append(
+        reading_row(capture, encoded(reading), 400.0), Decision(capture, Action.ACCEPT)
+    )
 
 
 def by_id_or_half(

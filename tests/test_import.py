@@ -19,6 +19,7 @@ from made_readings import made_reading
 from recorded_pairs import (
     HEIGHT,
     WIDTH,
+    Encoding,
     FakeAnalyst,
     write_calibration,
     write_image,
@@ -26,7 +27,8 @@ from recorded_pairs import (
 )
 from stored_walks import raw_pair, small_store
 
-from fieldcam.analysis.direct import DirectAnalyst
+from fieldcam.analysis.work import DirectAnalyst
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import (
     AnalysisFailed,
     AnalysisOff,
@@ -63,7 +65,7 @@ THREE = ("2026-05-21/17_1", "2026-05-21/18_1", "2026-05-25/17_1")
 
 
 def run(
-    store: Store, folder: Path, analyst: FakeAnalyst | DirectAnalyst, block: str = "North"
+    store: Store, folder: Path, analyst: FakeAnalyst | Encoding, block: str = "North"
 ) -> list[Outcome]:
     found = read_capture_folder(folder).captures
     return list(import_pairs(store, Block(block), analyst, found))
@@ -255,7 +257,7 @@ def test_the_analysis_reads_what_the_store_keeps(store: Store, tmp_path: Path, s
     folder = write_pairs(tmp_path / "season", THREE[:1], suffix)
     pipeline = SeeingPipeline()
     analyst = DirectAnalyst(cast(Pipeline, pipeline), None, Settings())
-    (outcome,) = run(store, folder, analyst)
+    (outcome,) = run(store, folder, Encoding(analyst))
     ((pair, calibration),) = pipeline.seen
     np.testing.assert_array_equal(pair.left, read_image(outcome.file.left))
     np.testing.assert_array_equal(pair.right, read_image(outcome.file.right))
@@ -270,7 +272,7 @@ def test_raw_pairs_are_rectified_by_their_own_file(store: Store, tmp_path: Path)
     lines += [f"R: {rotation}", "T: [-0.06, 0, 0]"]
     (folder / "calibration.yml").write_text("\n".join(lines))
     pipeline = SeeingPipeline()
-    run(store, folder, DirectAnalyst(cast(Pipeline, pipeline), None, Settings()))
+    run(store, folder, Encoding(DirectAnalyst(cast(Pipeline, pipeline), None, Settings())))
     ((pair, calibration),) = pipeline.seen
     assert pair.size_px == (WIDTH, HEIGHT)
     assert calibration.baseline_mm == pytest.approx(60.0)
@@ -415,7 +417,7 @@ class BusyAnalyst(FakeAnalyst):
         super().__init__()
         self.failures = failures
 
-    def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
+    def analyse(self, saved: SavedCapture, expectation: Expectation) -> EncodedReading:
         if self.failures:
             self.failures -= 1
             raise AnalysisTimeout("The analysis did not answer in time.")

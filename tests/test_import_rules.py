@@ -27,6 +27,14 @@ OWNERS = {
 """Each library and the parts of fieldcam that may import it."""
 PURE = ("vision", "growth", "calibration")
 """Parts that know no database, screen or session."""
+GROUND = ("disk", "codec", "calibration")
+"""Parts on which all others may stand."""
+BELOW_GROUND = ("values", "errors", "foreign")
+NEVER = {
+    "store": ("exchange", "vision", "session"),
+    "exchange": ("store", "analysis", "session"),
+    "camera": ("store", "analysis", "session", "vision"),
+}
 NOT_FOR_PURE = ("store", "session", "tui", "cli", "camera", "analysis", "sync", "report")
 APP = (
     "fieldcam.values",
@@ -110,6 +118,21 @@ def test_pure_parts_know_no_database_screen_or_session() -> None:
     for path in sources():
         if part(path).startswith(tuple(f"{name}/" for name in PURE)):
             assert not [n for n in imported(path) if n.startswith(forbidden)], part(path)
+
+
+@pytest.mark.parametrize("room", GROUND)
+def test_the_ground_floor_stands_on_no_other_room(room: str) -> None:
+    own = tuple(f"fieldcam.{name}" for name in (room, *BELOW_GROUND))
+    for path in (PACKAGE / room).rglob("*.py"):
+        ours = [name for name in imported(path) if name.startswith("fieldcam.")]
+        assert all(name.startswith(own) for name in ours), part(path)
+
+
+@pytest.mark.parametrize(("room", "others"), NEVER.items())
+def test_no_room_reaches_up(room: str, others: tuple[str, ...]) -> None:
+    forbidden = tuple(f"fieldcam.{name}." for name in others)
+    for path in (PACKAGE / room).rglob("*.py"):
+        assert not [name for name in imported(path) if name.startswith(forbidden)], part(path)
 
 
 def test_the_node_map_is_neutral_to_the_transport() -> None:

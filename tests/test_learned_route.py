@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from live_walks import Walked, read
+from made_readings import encoded
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.session.events import Done, Doubted, Refused, VerdictReady
@@ -71,7 +72,7 @@ def test_a_new_tag_shows_its_verdict_and_is_decided_on_like_any_other(walk: Walk
     assert state.tag_id is None and state.shown is not None
     refused, _ = walk.after(walk.live.accept, Refused)
     assert refused.sentence.startswith("Which tag this picture shows is not known yet")
-    walk.analysis.waiting[0].set_result(read(7))
+    walk.analysis.waiting[0].set_result(encoded(read(7)))
     assert walk.heard.next(VerdictReady).tag_id == 7
     done, state = walk.after(walk.live.accept, Done)
     assert done.sentence == "Tag 7 accepted."
@@ -82,7 +83,7 @@ def test_a_late_reading_joins_the_tree_where_it_was_taken(walk: Walked) -> None:
     take(walk, 5)
     walk.shoot()
     walk.after(walk.live.next_tree, Done)
-    walk.analysis.waiting[0].set_result(read(6))
+    walk.analysis.waiting[0].set_result(encoded(read(6)))
     walk.heard.next(VerdictReady)
     _, state = walk.after(lambda: walk.live.go_to(6), Done)
     assert places(state) == [("1", 5), ("1", 6)]

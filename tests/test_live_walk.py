@@ -8,6 +8,7 @@ from time import monotonic
 
 import pytest
 from live_walks import ToldCamera, Walked, read, walked
+from made_readings import encoded
 
 from fieldcam.analysis.status import State, Status
 from fieldcam.camera.port import FlashStereoDevice
@@ -99,7 +100,7 @@ def test_a_picture_is_saved_then_read_then_accepted(walk: Walked) -> None:
     state = walk.shoot()
     assert state.shown is not None
     assert (state.shown.stage, state.waiting) == (Stage.ANALYSING, 1)
-    walk.analysis.waiting[0].set_result(read(11))
+    walk.analysis.waiting[0].set_result(encoded(read(11)))
     verdict = walk.heard.next(VerdictReady)
     state = walk.heard.next(Changed).state
     assert (verdict.tag_id, state.waiting) == (11, 0)

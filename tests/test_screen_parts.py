@@ -12,7 +12,7 @@ from made_states import AIM, shown_with
 from textual.color import Color
 from textual.theme import Theme
 
-from fieldcam.store.raw_images import encode_raw
+from fieldcam.disk.raw_images import encode_raw
 from fieldcam.tui import themes
 from fieldcam.tui.letters import HEIGHT, big, shape
 from fieldcam.tui.picture import OUTLINE, STRUCK, Frame, colours, frame_of, shrink, still

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_readings import TAG, disc_mask, made_fruitlet, made_reading
+from made_readings import TAG, disc_mask, encoded, made_fruitlet, made_reading
 from stored_walks import FIRST_DAY, MadeWalk, facts_without_rows, small_store
 
 from fieldcam.growth.places import Place
@@ -268,7 +268,9 @@ def accept_discs(walk: MadeWalk, visit: EntryId, sides_px: tuple[float, ...]) ->
     other = replace(near, mask=disc_mask(400, 300, 80))
     capture = walk.take(visit, 11).key
     reading = made_reading([*target, other], tag=replace(TAG, id=11))
-    walk.store.append(reading_row(capture, reading, 400.0), Decision(capture, Action.ACCEPT))
+    walk.store.append(
+        reading_row(capture, encoded(reading), 400.0), Decision(capture, Action.ACCEPT)
+    )
     return capture
 
 

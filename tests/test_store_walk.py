@@ -8,7 +8,7 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
-from made_readings import TAG, made_reading
+from made_readings import TAG, encoded, made_reading
 from stored_walks import FIRST_DAY, MadeWalk, SteppingClock, raw_pair, small_store
 
 from fieldcam.store.blocks import blocks, settings, sprays, visits
@@ -140,7 +140,7 @@ def test_a_picture_whose_verdict_is_retake_is_not_taken(walk: MadeWalk) -> None:
     visit = walk.visit()
     capture = walk.take(visit, 11).key
     blurred = made_reading(verdict=Verdict(Status.RETAKE), tag=replace(TAG, id=11))
-    walk.store.append(reading_row(capture, blurred, 400.0))
+    walk.store.append(reading_row(capture, encoded(blurred), 400.0))
     walk.take(visit, 12)
     walk.store.append(Skip(visit, 21))
     route = walk_route(walk.store.database, visit)

@@ -10,7 +10,7 @@ from made_readings import made_reading
 
 from fieldcam.calibration.drift import TAG_SIZE_BIAS
 from fieldcam.calibration.stored_drift import TagSizes, tag_sizes
-from fieldcam.exchange.readings import dump_reading, load_reading
+from fieldcam.codec.readings import dump_reading, load_reading
 from fieldcam.values import TAG_SIZE_MM, ClusterReading, Settings
 
 

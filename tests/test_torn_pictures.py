@@ -9,7 +9,7 @@ import pytest
 from made_evidence import codes, evidence
 from test_analysis_work import FakePipeline, save
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.work import VisionWork
 from fieldcam.exchange.holes import has_hole, is_cut_short, torn_eyes
 from fieldcam.values import Calibration, Expectation, ImageU8, StereoPair

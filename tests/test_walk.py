@@ -10,13 +10,14 @@ from typing import Self
 
 import numpy as np
 import pytest
-from made_readings import made_fruitlet, made_reading
+from made_readings import encoded, made_fruitlet, made_reading
 
 from fieldcam.camera.preview import Preview
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import CameraUnplugged, FieldcamError, ModelMissing, StorageFull
 from fieldcam.session.walk import Analysed, NotAnalysed, Saved, walk
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import Calibration, ClusterReading, Expectation, PixelFormat, RawPair
+from fieldcam.values import Calibration, Expectation, PixelFormat, RawPair
 
 
 class FakeCamera:
@@ -74,7 +75,7 @@ class FakeStore:
         self._log.append("save")
         return SavedCapture(str(len(self._log)), Path("l"), Path("r"), Path("c"))
 
-    def keep(self, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:
+    def keep(self, saved: SavedCapture, reading: EncodedReading, duration_ms: float) -> None:
         self._log.append("keep")
 
     def fail(self, saved: SavedCapture, error: FieldcamError) -> None:
@@ -87,12 +88,13 @@ class FakeAnalyst:
         self._error = error
         self.expectations: list[Expectation] = []
 
-    def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
+    def analyse(self, saved: SavedCapture, expectation: Expectation) -> EncodedReading:
         self._log.append("analyse")
         self.expectations.append(expectation)
         if self._error is not None:
             raise self._error
-        return made_reading([made_fruitlet(0, (100.0, 100.0))], expectation=expectation)
+        fruitlets = [made_fruitlet(0, (100.0, 100.0))]
+        return encoded(made_reading(fruitlets, expectation=expectation))
 
 
 def test_each_pair_is_saved_before_it_is_analysed() -> None:
@@ -131,7 +133,7 @@ def test_an_expectation_may_depend_on_the_visit_before() -> None:
 
     for event in walk(FakeCamera(log, 2), FakeStore(log), analyst, visits()):
         if isinstance(event, Analysed):
-            counted.append(len(event.reading.target))
+            counted.append(len(event.reading.form.target))
     assert analyst.expectations == [Expectation(8), Expectation(8, 1)]
 
 

@@ -6,10 +6,11 @@ import threading
 from pathlib import Path
 from typing import Protocol
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.status import Limits, State, Status
 from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.errors import FieldcamError
+from fieldcam.safe_path import PYTHON
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import Expectation
 
@@ -18,6 +19,11 @@ LONG_S = 60.0
 """Far more than anything here takes, but for a defect."""
 PATIENT = Limits(pair_s=LONG_S, first_pair_s=LONG_S)
 HASTY = Limits(pair_s=0.3, first_pair_s=LONG_S)
+
+
+def scripted(work: str) -> tuple[str, ...]:
+    """The command of an analysis that does what a class of `scripted_analysis` says."""
+    return (*PYTHON, "-m", "scripted_analysis", work)
 
 
 def pair(key: str, left: Path = Path("left.pgm")) -> SavedCapture:
@@ -30,7 +36,7 @@ class Watched:
     def __init__(self, setup: Setup, log: Path, limits: Limits, work: str) -> None:
         self._news = threading.Condition()
         self.heard: list[Status] = []
-        self.supervisor = Supervisor(setup, log, self._hear, limits, f"scripted_analysis:{work}")
+        self.supervisor = Supervisor(setup, log, self._hear, limits, scripted(work))
         self.submit = self.supervisor.submit
 
     def _hear(self, status: Status) -> None:
@@ -62,7 +68,9 @@ class Watched:
 
     def reads(self, key: str = "nothing") -> bool:
         reading = self.submit(pair(key), Expectation(7, 4)).result(LONG_S)
-        return reading.expectation == Expectation(7, 4) and len(reading.target) == 1
+        return (
+            reading.form.expectation.value() == Expectation(7, 4) and len(reading.form.target) == 1
+        )
 
 
 class Watch(Protocol):

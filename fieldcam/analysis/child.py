@@ -1,4 +1,4 @@
-"""The analysis process: `python -m fieldcam.analysis.child WORK PARENT_PID`.
+"""The analysis process: `python -m fieldcam.analysis.child PARENT_PID`.
 
 Requests come on standard input and replies leave on standard output. Both are
 moved to descriptors of their own first, so that whatever a native library
@@ -13,6 +13,7 @@ import resource
 import signal
 import sys
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
@@ -21,17 +22,17 @@ from typing import TYPE_CHECKING
 from fieldcam.parentage import die_with
 
 if TYPE_CHECKING:
-    from fieldcam.analysis.requests import Request
+    from fieldcam.analysis.messages import Request, Setup
+    from fieldcam.analysis.service import Work
 
 NICENESS = 10
 """Both networks' threads keep two cores busy: a key's answer goes before them."""
-_PIECE_BYTES = 1 << 16
 _MEMORY_BYTES = 4 << 30
 """Four times what a whole-image run takes: only a runaway meets it."""
 
 
-def main(work: str, parent_pid: int) -> None:
-    """Serve until the app closes its end, or dies."""
+def serve(open_work: Callable[[Setup], Work], parent_pid: int) -> None:
+    """Answer until the app closes its end, or dies."""
     die_with(parent_pid)
     _behave()
     # Only now, since they take long enough for the app to die meanwhile.
@@ -40,7 +41,7 @@ def main(work: str, parent_pid: int) -> None:
     requests, replies = _own_pipes()
     waiting: SimpleQueue[Request] = SimpleQueue()
     threading.Thread(target=_read, args=(requests, waiting), daemon=True).start()
-    service = Service(work)
+    service = Service(open_work)
     while True:
         _write(replies, service.answer(waiting.get()))
 
@@ -71,13 +72,11 @@ def _own_pipes() -> tuple[int, int]:
 
 def _read(requests: int, waiting: SimpleQueue[Request]) -> None:
     """Hand on what the app asks; leave at once when it is gone, whatever is in work."""
-    from fieldcam.analysis.frames import Frames
-    from fieldcam.analysis.requests import decode_request
+    from fieldcam.analysis.messages import requests_in
 
-    frames = Frames()
-    while piece := os.read(requests, _PIECE_BYTES):
-        for document in frames.feed(piece):
-            waiting.put(decode_request(document))
+    with os.fdopen(requests, "rb") as stream:
+        for request in requests_in(stream):
+            waiting.put(request)
     os._exit(0)
 
 
@@ -87,5 +86,11 @@ def _write(replies: int, data: bytes) -> None:
         rest = rest[os.write(replies, rest) :]
 
 
+def _vision(setup: Setup) -> Work:
+    from fieldcam.analysis.work import VisionWork
+
+    return VisionWork(setup)
+
+
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]))
+    serve(_vision, int(sys.argv[1]))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from fieldcam.analysis.supervisor import Supervisor
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import ClusterReading, Expectation
+from fieldcam.values import Expectation
 
 
 class SupervisedAnalyst:
@@ -13,6 +14,6 @@ class SupervisedAnalyst:
     def __init__(self, supervisor: Supervisor) -> None:
         self._supervisor = supervisor
 
-    def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
+    def analyse(self, saved: SavedCapture, expectation: Expectation) -> EncodedReading:
         """The reading of one saved pair."""
         return self._supervisor.submit(saved, expectation).result()

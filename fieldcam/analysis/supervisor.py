@@ -7,23 +7,28 @@ process is that thread's own child, so the kernel ends it with the thread.
 from __future__ import annotations
 
 import threading
+from collections import deque
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from time import monotonic
 from types import TracebackType
 from typing import Self
 
-from fieldcam.analysis.conversation import Bell
-from fieldcam.analysis.desk import Desk, Job, Listener
-from fieldcam.analysis.glances import Glances, Tags
-from fieldcam.analysis.keeper import Keeper
-from fieldcam.analysis.requests import Look, Setup
+from fieldcam.analysis.messages import Analyse, FindTags, Ping, Setup, Tags, WarmUp
+from fieldcam.analysis.process import KEPT, NO_ANSWER, AnalysisProcess, Wakeup
+from fieldcam.analysis.queue import Listener, PairJob, PreviewJob, WorkQueue
 from fieldcam.analysis.status import Limits, State, Status
+from fieldcam.codec.readings import EncodedReading
+from fieldcam.errors import AnalysisFailed, AnalysisOff, FieldcamError
+from fieldcam.safe_path import PYTHON
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import ClusterReading, Expectation
+from fieldcam.values import Expectation
 
-VISION = "fieldcam.analysis.work:VisionWork"
+CHILD = (*PYTHON, "-m", "fieldcam.analysis.child")
+"""The process that runs vision; another command may stand in that speaks as it does."""
 DEFAULTS = Limits()
+DEFECT = AnalysisOff("The analysis is off, by a defect of fieldcam.", KEPT)
 
 
 def _deaf(status: Status) -> None:
@@ -39,19 +44,17 @@ class Supervisor:
         log: Path | None = None,
         listener: Listener = _deaf,
         limits: Limits = DEFAULTS,
-        work: str = VISION,
+        child: Sequence[str] = CHILD,
     ) -> None:
         """`listener` hears of changes in the supervisor's thread and must not wait for others.
 
-        `work` names the class that the process runs, as `module:Class`; `log`
-        takes what it prints.
+        `log` takes what the process prints.
         """
-        self._close_s = limits.close_s
-        self._bell = Bell()
-        self._desk = Desk(self._bell, listener, limits.tries)
+        self._setup, self._log, self._limits, self._child = setup, log, limits, child
+        self._wakeup = Wakeup()
+        self._queue = WorkQueue(self._wakeup, listener, limits.tries)
         self._lifecycle = threading.Lock()
-        self._glances = Glances(self._bell)
-        self._keeper = Keeper(self._desk, self._glances, self._bell, setup, limits, work, log)
+        self._process: AnalysisProcess | None = None
         self._start()
 
     def submit(
@@ -61,50 +64,46 @@ class Supervisor:
         *,
         urgent: bool = False,
         again: bool = False,
-    ) -> Future[ClusterReading]:
+    ) -> Future[EncodedReading]:
         """The promise of a reading, at once.
 
         An urgent pair goes before those that wait. A pair that ended the process
         too often is refused, unless the operator asks for it `again`.
         """
-        job = Job(saved, expectation)
-        self._desk.submit(job, urgent, again)
-        return job.future
+        pair = PairJob(Analyse(saved, expectation))
+        self._queue.submit(pair, urgent, again)
+        return pair.future
 
     def look(self, image: Path, shrunk: int, calibration: Path | None = None) -> Future[Tags]:
         """The promise of a preview's tags in its own pixels; a newer preview cancels it."""
-        return self._glances.submit(Look(image, shrunk, calibration))
+        preview = PreviewJob(FindTags(image, shrunk, calibration))
+        self._queue.look(preview)
+        return preview.future
 
     @property
     def status(self) -> Status:
-        return self._desk.status
-
-    @property
-    def heartbeat_age_s(self) -> float:
-        """Since the process last answered; while idle it is asked every few seconds."""
-        return monotonic() - self._keeper.heard_s
+        return self._queue.status
 
     def restart(self) -> None:
         """Start again after STOPPED, with a clean slate; at other times nothing happens."""
         with self._lifecycle:
-            if self.status.state is State.STOPPED and not self._bell.closing.is_set():
-                self._glances.open()
-                self._desk.open()
+            if self.status.state is State.STOPPED and not self._wakeup.closing.is_set():
+                self._queue.open()
                 self._start()
 
     def close(self) -> None:
         """End for good; pairs that wait fail."""
         with self._lifecycle:
-            if self._bell.closing.is_set():
+            if self._wakeup.closing.is_set():
                 return
-            self._bell.close()
+            self._wakeup.close()
         if self._thread is threading.current_thread():
             return
-        self._thread.join(self._close_s)
-        if self._thread.is_alive():
-            self._keeper.kill()
-        else:
-            self._bell.dispose()
+        self._thread.join(self._limits.close_s)
+        if not self._thread.is_alive():
+            self._wakeup.dispose()
+        elif self._process is not None:
+            self._process.kill()
 
     def __enter__(self) -> Self:
         return self
@@ -119,5 +118,102 @@ class Supervisor:
 
     def _start(self) -> None:
         # A daemon, so that an app which forgets to close can still end.
-        self._thread = threading.Thread(target=self._keeper.run, name="analysis", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="analysis", daemon=True)
         self._thread.start()
+
+    # From here on all runs in that thread, whose child the process is.
+
+    def _run(self) -> None:
+        window = RestartWindow(self._limits.restarts, self._limits.span_s)
+        reason = DEFECT
+        try:
+            while (ending := self._live()) is None and window.allow():
+                self._queue.enter(State.RESTARTING)
+            reason = ending or _given_up(self._limits)
+        finally:
+            self._queue.shut(reason)
+
+    def _live(self) -> AnalysisOff | None:
+        """Serve with one process as long as it lives; None when another one should follow."""
+        try:
+            with AnalysisProcess(self._child, self._log, self._wakeup) as process:
+                self._process = process
+                self._serve(process)
+        except AnalysisOff as off:
+            return off
+        except AnalysisFailed as lost:
+            self._queue.note(lost.message)
+        return None
+
+    def _serve(self, process: AnalysisProcess) -> None:
+        deadline_s = self._limits.first_pair_s
+        reply = process.ask(WarmUp(self._setup), deadline_s)
+        if isinstance(reply, FieldcamError):
+            self._queue.note(reply.message)
+        while True:
+            process.check()
+            if (preview := self._queue.take_preview()) is not None:
+                self._look(process, preview, deadline_s)
+                continue  # what came meanwhile wakes it once more
+            pair = self._queue.take()
+            if pair is None:
+                self._rest(process)
+                continue
+            self._read(process, pair, deadline_s)
+            deadline_s = self._limits.pair_s
+
+    def _rest(self, process: AnalysisProcess) -> None:
+        self._queue.enter(State.READY)
+        if not process.rest(self._limits.ping_every_s):
+            process.ask(Ping(), self._limits.pair_s)
+
+    def _look(self, process: AnalysisProcess, preview: PreviewJob, deadline_s: float) -> None:
+        """Before the pairs that wait, since it takes no time and the operator aims by it."""
+        try:
+            reply = process.ask(preview.request, deadline_s)
+            if not isinstance(reply, tuple | FieldcamError):
+                raise AnalysisFailed(NO_ANSWER, KEPT)
+        except AnalysisFailed as lost:
+            preview.settle(lost)
+            raise
+        preview.settle(reply)
+
+    def _read(self, process: AnalysisProcess, pair: PairJob, deadline_s: float) -> None:
+        self._queue.enter(State.BUSY)
+        try:
+            reply = process.ask(pair.request, deadline_s)
+            if not isinstance(reply, EncodedReading | FieldcamError):
+                raise AnalysisFailed(NO_ANSWER, KEPT)
+        except AnalysisOff:
+            raise  # everything that waits will be told
+        except AnalysisFailed as lost:
+            self._queue.blame(lost)
+            raise
+        self._queue.answer(reply)
+
+
+class RestartWindow:
+    """At most `limit` restarts within any `span_s` seconds."""
+
+    def __init__(self, limit: int, span_s: float, clock_s: Callable[[], float] = monotonic) -> None:
+        self._span_s = span_s
+        self._clock_s = clock_s
+        self._limit = limit
+        self._times_s: deque[float] = deque()
+
+    def allow(self) -> bool:
+        """Whether one more restart is allowed now; if so, it is counted."""
+        now_s = self._clock_s()
+        while self._times_s and now_s - self._times_s[0] >= self._span_s:
+            self._times_s.popleft()
+        if len(self._times_s) >= self._limit:
+            return False
+        self._times_s.append(now_s)
+        return True
+
+
+def _given_up(limits: Limits) -> AnalysisOff:
+    return AnalysisOff(
+        f"The analysis ended {limits.restarts + 1} times within {limits.span_s:g} s and is off.",
+        "The pictures are kept. Start the analysis again, or analyse them in the evening.",
+    )

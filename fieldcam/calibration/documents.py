@@ -13,6 +13,8 @@ import numpy.typing as npt
 
 from fieldcam.errors import CalibrationInvalid
 
+CALIBRATION_NAMES = ("calibration.yml", "calibration.yaml")
+"""Of the one file that describes both eyes; the first is written."""
 LARGEST_SIDE_PX = 20_000
 NUMBER = re.compile(r"[0-9]{1,9}(?:\.[0-9]{1,9})?", re.ASCII)
 

@@ -14,10 +14,14 @@ import cv2
 import numpy as np
 import yaml
 
-from fieldcam.calibration.documents import MILLIMETRES_PER_UNIT, SERIALS, Array
+from fieldcam.calibration.documents import (
+    CALIBRATION_NAMES,
+    MILLIMETRES_PER_UNIT,
+    SERIALS,
+    Array,
+)
 from fieldcam.calibration.rig import Eye, StereoRig
 from fieldcam.calibration.solving import RawStereo
-from fieldcam.exchange.capture_folder import CALIBRATION_NAMES
 
 _METRE = MILLIMETRES_PER_UNIT["m"]
 

@@ -19,7 +19,7 @@ def open_analyst(camera: Calibration | None, models: Path, data: Path) -> Iterat
 
     Without a camera's calibration every pair brings its own.
     """
-    from fieldcam.analysis.requests import Setup
+    from fieldcam.analysis.messages import Setup
     from fieldcam.analysis.supervised import SupervisedAnalyst
     from fieldcam.analysis.supervisor import Supervisor
 

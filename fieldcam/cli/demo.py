@@ -200,7 +200,7 @@ def _stop(visit: StoredVisit, event: Analysed, day: int, truth: Truth) -> _Stop:
 
     if event.reading.verdict.status is Status.ACCEPT:
         visit.accept(event.capture)
-    return _Stop(truth.tag_id, day, score_capture(event.reading, truth), event.duration_ms)
+    return _Stop(truth.tag_id, day, score_capture(event.reading.decode(), truth), event.duration_ms)
 
 
 def _stop_lines(stop: _Stop) -> list[str]:

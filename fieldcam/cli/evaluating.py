@@ -183,7 +183,7 @@ class _Forecasts:
 
 
 def _check_targets(arguments: argparse.Namespace) -> None:
-    from fieldcam.exchange.targets import check_target
+    from fieldcam.disk.targets import check_target
 
     if arguments.csv is not None:
         check_target(arguments.csv, ".csv", WHY_CSV)
@@ -192,8 +192,8 @@ def _check_targets(arguments: argparse.Namespace) -> None:
 
 
 def _write(arguments: argparse.Namespace, found: Evaluation) -> None:
+    from fieldcam.disk.targets import write_target
     from fieldcam.exchange.evaluation_report import evaluation_csv
-    from fieldcam.exchange.targets import write_target
     from fieldcam.report.evaluation_page import evaluation_page
 
     if arguments.csv is not None:

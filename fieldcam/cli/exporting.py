@@ -30,8 +30,8 @@ def register(commands: Subparsers[Parser]) -> None:
 
 
 def _wide(arguments: argparse.Namespace) -> None:
+    from fieldcam.disk.targets import check_new_target, write_target
     from fieldcam.exchange.calipers.wide import wide_table
-    from fieldcam.exchange.targets import check_new_target, write_target
 
     check_new_target(arguments.out, ".csv", WHY_CSV)
     record = _followed(arguments)

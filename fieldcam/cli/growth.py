@@ -104,8 +104,8 @@ class _Told:
 
 def _growth(arguments: argparse.Namespace) -> None:
     from fieldcam.cli.growth_words import growth_lines
+    from fieldcam.disk.targets import check_target
     from fieldcam.exchange.growth_report import growth_report
-    from fieldcam.exchange.targets import check_target
 
     if arguments.report is not None:
         check_target(arguments.report, ".html", WHY_HTML)
@@ -179,7 +179,7 @@ def _thumbnails(
 
 
 def _write_page(path: Path, told: _Told) -> None:
-    from fieldcam.exchange.targets import write_target
+    from fieldcam.disk.targets import write_target
     from fieldcam.report.growth_page import growth_page
 
     page = growth_page(told.growth, told.notes, told.thumbnails, told.simulated)

@@ -166,7 +166,7 @@ def _rounded(pixels: Sequence[float]) -> list[float]:
 def _save(path: Path, disparity: FloatMap) -> None:
     import numpy as np
 
-    from fieldcam.exchange.targets import write_target
+    from fieldcam.disk.targets import write_target
 
     written = BytesIO()
     np.save(written, disparity)

@@ -43,7 +43,7 @@ def register(commands: Subparsers[Parser]) -> None:
 
 
 def _print(arguments: argparse.Namespace) -> None:
-    from fieldcam.exchange.targets import check_target
+    from fieldcam.disk.targets import check_target
 
     check_target(arguments.out, ".pdf", "the tags are written as PDF")
     last = arguments.first + arguments.count - 1
@@ -73,7 +73,7 @@ def _print_for_block(arguments: argparse.Namespace, last: int) -> None:
 
 
 def _write(arguments: argparse.Namespace, last: int, size_mm: float) -> None:
-    from fieldcam.exchange.targets import write_target
+    from fieldcam.disk.targets import write_target
     from fieldcam.report.pdf import pdf_document
     from fieldcam.report.tag_sheets import Layout, Paper, tag_sheets
 

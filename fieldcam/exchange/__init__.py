@@ -1,1 +1,1 @@
-"""What goes in and out of fieldcam: images, capture folders, readings, tables."""
+"""Foreign formats in and out: images, capture folders, routes, tables, documents for scripts."""

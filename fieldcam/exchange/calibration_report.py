@@ -8,7 +8,7 @@ from fieldcam.calibration.boards import Board
 from fieldcam.calibration.calibrating import Calibrated, ViewReport
 from fieldcam.calibration.coverage import Coverage
 from fieldcam.calibration.solving import Lens
-from fieldcam.exchange.json_fields import Json
+from fieldcam.exchange.json_form import Json
 from fieldcam.values import Floats
 
 SCHEMA_VERSION = 1

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
+from fieldcam.calibration.documents import CALIBRATION_NAMES
 from fieldcam.errors import BadInput
 from fieldcam.exchange.checksums import Checksums, is_list, read_checksums
 from fieldcam.values import HIGHEST_TAG_ID
@@ -26,7 +27,6 @@ RECORDING_FOLDER = re.compile(r"(\d{1,6})_([12]\d{3}(?:-\d{2}){5})", re.ASCII)
 DATED_CALIBRATION = re.compile(r"\d{4}_\d{2}_\d{2}", re.ASCII)
 
 IMAGE_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".pgm", ".ppm"})
-CALIBRATION_NAMES = ("calibration.yml", "calibration.yaml")
 CALIBRATION_FOLDER = "camera_info"
 
 NO_CHECKSUMS = Checksums()

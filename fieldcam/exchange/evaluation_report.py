@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fieldcam.exchange.json_fields import Json
+from fieldcam.exchange.json_form import Json
 from fieldcam.exchange.tables.written import csv_text
 from fieldcam.growth.evaluation.evaluating import (
     Evaluation,

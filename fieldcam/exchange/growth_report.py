@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fieldcam.exchange.json_fields import Json
+from fieldcam.exchange.json_form import Json
 from fieldcam.growth.crop import CropForecast
 from fieldcam.growth.doubts import is_doubtful
 from fieldcam.growth.forecast import Forecast, FruitletForecast

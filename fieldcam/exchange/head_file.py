@@ -5,21 +5,25 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
+import msgspec
+
 from fieldcam.errors import BadInput
-from fieldcam.exchange.json_fields import text
 from fieldcam.foreign.bounds import HEAD
 from fieldcam.foreign.files import read_foreign
 
 FILE_NAME = "head.json"
-KEYS = ("left_serial", "right_serial")
+
+
+class _Head(msgspec.Struct):
+    left_serial: str
+    right_serial: str
 
 
 def encode_head(serials: tuple[str, str]) -> bytes:
     """The file's content, from the serial numbers of the left and the right eye."""
-    return json.dumps(dict(zip(KEYS, serials, strict=True))).encode("ascii") + b"\n"
+    return msgspec.json.encode(_Head(*serials)) + b"\n"
 
 
 def read_head(folder: Path) -> tuple[str, str] | None:
@@ -28,11 +32,10 @@ def read_head(folder: Path) -> tuple[str, str] | None:
     if not path.exists():
         return None
     try:
-        document = json.loads(read_foreign(path, HEAD))
-        left, right = (text(document[key]) for key in KEYS)
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        head = msgspec.json.decode(read_foreign(path, HEAD), type=_Head)
+    except (msgspec.DecodeError, ValueError, RecursionError) as error:
         raise BadInput(
             f"{path} does not say which head took the pictures.",
             "Remove it, and the calibration will name no head.",
         ) from error
-    return left, right
+    return head.left_serial, head.right_serial

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from fieldcam.exchange.json_fields import Json
-from fieldcam.exchange.reading_parts import encode_verdict
+from msgspec import to_builtins
+
+from fieldcam.exchange.json_form import Json
 from fieldcam.values import ClusterReading, Fruitlet, TagPose
 
 
@@ -14,7 +15,7 @@ def reading_report(reading: ClusterReading) -> Json:
     """
     return {
         "tag": None if reading.tag is None else _tag_report(reading.tag),
-        "verdict": encode_verdict(reading.verdict),
+        "verdict": to_builtins(reading.verdict),
         "fruitlets": [_fruitlet_report(fruitlet) for fruitlet in reading.fruitlets],
         "timing_ms": {stage: round(float(ms), 1) for stage, ms in reading.timing_ms.items()},
         "models": dict(reading.models),

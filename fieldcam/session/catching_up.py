@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from time import perf_counter
 
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import AnalysisOff, FieldcamError, ReadingDamaged
 from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.learning import learned
@@ -22,7 +23,7 @@ from fieldcam.store.resuming import Waiting, waiting_for_analysis
 from fieldcam.store.rows import Row
 from fieldcam.store.store import Store
 from fieldcam.store.walk_rows import AnalysisFailure
-from fieldcam.values import Calibration, ClusterReading, Expectation, Status
+from fieldcam.values import Calibration, Expectation, Status
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +85,13 @@ def _expectation(store: Store, picture: Waiting) -> Expectation:
     return expected_at(store.database, picture.visit, picture.tag_expected)
 
 
-def _learned(store: Store, picture: Waiting, reading: ClusterReading) -> tuple[Row, ...]:
+def _learned(store: Store, picture: Waiting, reading: EncodedReading) -> tuple[Row, ...]:
     if picture.visit is None:
         return ()
     return tuple(learned(WalkView(store, picture.visit), picture.saved.key, reading))
 
 
-def _accepted(store: Store, picture: Waiting, reading: ClusterReading) -> tuple[Row, ...]:
+def _accepted(store: Store, picture: Waiting, reading: EncodedReading) -> tuple[Row, ...]:
     capture = row_of(store.database, "capture", picture.saved.key)
     decided = row_of(store.database, "capture_now", picture.saved.key)["decision"]
     if capture["source"] is None or decided or reading.verdict.status is not Status.ACCEPT:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from sqlite_utils import Database
 
-from fieldcam.analysis.cameras import own_camera
-from fieldcam.analysis.direct import decode_stored
+from fieldcam.analysis.work import decode_stored
+from fieldcam.calibration.cameras import own_camera
 from fieldcam.calibration.rectification import develop
 from fieldcam.errors import ImageUnreadable, StorageError
 from fieldcam.growth.from_tracks import TrackedCluster

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
 
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import AnalysisFailed, AnalysisOff, BadInput, FieldcamError
 from fieldcam.exchange.capture_folder import NO_CHECKSUMS, CaptureFile
 from fieldcam.exchange.checksums import Checksums
@@ -27,7 +28,7 @@ from fieldcam.store.orchard_rows import Block, BlockSetting, Setting
 from fieldcam.store.readings import reading_row
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
-from fieldcam.values import ClusterReading, Status, Verdict
+from fieldcam.values import Status, Verdict
 
 OPERATOR = "import"
 
@@ -144,7 +145,7 @@ def _analysed(
 
 
 def _keep(
-    store: Store, saved: SavedCapture, reading: ClusterReading, duration_ms: float, accepted: bool
+    store: Store, saved: SavedCapture, reading: EncodedReading, duration_ms: float, accepted: bool
 ) -> None:
     """The reading and its acceptance are one, so that no crash comes between them."""
     rows = reading_row(saved.key, reading, duration_ms), Decision(saved.key, Action.ACCEPT)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.session.doubt import NotNow
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.blocks import trees
@@ -10,20 +11,19 @@ from fieldcam.store.orchard_rows import Cluster
 from fieldcam.store.resuming import tree_when_taken
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
-from fieldcam.values import ClusterReading
 
 FIRST_TREE = "1"
 NO_TREES = "Nothing says which tree these tags hang in: Set-up (E, Route) takes it from a CSV file."
 
 
-def learned(view: WalkView, capture: EntryId, reading: ClusterReading) -> tuple[Cluster, ...]:
+def learned(view: WalkView, capture: EntryId, reading: EncodedReading) -> tuple[Cluster, ...]:
     """The row for a tag that was read and that nobody knew; none where it was known."""
-    record = capture_record(view.store.database, capture)
-    if reading.tag is None or record is None or record.tag_id not in (None, reading.tag.id):
+    record, tag = capture_record(view.store.database, capture), reading.form.tag
+    if tag is None or record is None or record.tag_id not in (None, tag.id):
         return ()
-    if view.route().stop(reading.tag.id) is not None:
+    if view.route().stop(tag.id) is not None:
         return ()
-    return (new_cluster(view, capture, reading.tag.id),)
+    return (new_cluster(view, capture, tag.id),)
 
 
 def new_cluster(view: WalkView, capture: EntryId, tag_id: int) -> Cluster:

@@ -11,6 +11,7 @@ from time import perf_counter
 from typing import Protocol
 
 from fieldcam.analysis.status import Status
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import AnalysisOff, AnalysisTimeout, FieldcamError
 from fieldcam.session.events import AnalysisTrouble, Listener, VerdictReady
 from fieldcam.session.learning import learned
@@ -19,7 +20,7 @@ from fieldcam.store.captures import SavedCapture
 from fieldcam.store.readings import reading_row
 from fieldcam.store.rows import EntryId
 from fieldcam.store.walk_rows import AnalysisFailure
-from fieldcam.values import ClusterReading, Expectation, TagPose
+from fieldcam.values import Expectation, TagPose
 
 TRIES = 2
 """A picture whose analysis failed this often is not tried again by itself."""
@@ -35,7 +36,7 @@ class Analysis(Protocol):
         *,
         urgent: bool = False,
         again: bool = False,
-    ) -> Future[ClusterReading]: ...
+    ) -> Future[EncodedReading]: ...
 
     def look(
         self, image: Path, shrunk: int, calibration: Path | None
@@ -95,7 +96,7 @@ class Readings:
         saved: SavedCapture,
         expectation: Expectation,
         started: float,
-        done: Future[ClusterReading],
+        done: Future[EncodedReading],
     ) -> None:
         self.under_way.discard(saved.key)
         try:
@@ -117,6 +118,6 @@ class Readings:
         new = learned(self.view, saved.key, reading)
         self.view.store.append(reading_row(saved.key, reading, duration_ms), *new)
         tag_id = new[0].tag_id if new else expectation.tag_id
-        before, now = expectation.fruitlets, len(reading.target)
+        before, now = expectation.fruitlets, len(reading.form.target)
         more = 0 if before is None else max(0, now - before)
         self.tell(VerdictReady(saved, tag_id, reading.verdict, duration_ms, more))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import FieldcamError
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.clock import now
@@ -13,7 +14,7 @@ from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 from fieldcam.store.walk_rows import AnalysisFailure
 from fieldcam.store.walks import expectation
-from fieldcam.values import ClusterReading, Expectation, RawPair
+from fieldcam.values import Expectation, RawPair
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ class StoredVisit:
             calibration=self.calibration,
         )
 
-    def keep(self, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:
+    def keep(self, saved: SavedCapture, reading: EncodedReading, duration_ms: float) -> None:
         """Keep a reading of a saved pair."""
         self.store.append(reading_row(saved.key, reading, duration_ms))
 

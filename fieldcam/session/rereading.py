@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from sqlite_utils import Database
 
-from fieldcam.analysis.direct import DirectAnalyst
+from fieldcam.analysis.work import DirectAnalyst
 from fieldcam.errors import ImageUnreadable, StorageError
 from fieldcam.growth.evaluation.named import NamedCluster
 from fieldcam.growth.places import Place, View

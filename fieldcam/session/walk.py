@@ -14,9 +14,10 @@ from time import perf_counter
 from typing import Protocol
 
 from fieldcam.camera.port import FlashStereoDevice
+from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import FieldcamError
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import ClusterReading, Expectation, RawPair
+from fieldcam.values import Expectation, RawPair
 
 DEADLINE_S = 5.0
 """How long a triggered pair may take to arrive."""
@@ -29,7 +30,7 @@ class VisitRecord(Protocol):
         """Make the pair durable, before anything else happens to it."""
         ...
 
-    def keep(self, saved: SavedCapture, reading: ClusterReading, duration_ms: float) -> None:
+    def keep(self, saved: SavedCapture, reading: EncodedReading, duration_ms: float) -> None:
         """Keep what a saved pair says."""
         ...
 
@@ -41,7 +42,7 @@ class VisitRecord(Protocol):
 class Analyst(Protocol):
     """Turns a saved pair into a reading."""
 
-    def analyse(self, saved: SavedCapture, expectation: Expectation) -> ClusterReading:
+    def analyse(self, saved: SavedCapture, expectation: Expectation) -> EncodedReading:
         """The reading of one saved pair; raises FieldcamError where there can be none."""
         ...
 
@@ -60,7 +61,7 @@ class Analysed:
     """A saved pair was read."""
 
     capture: SavedCapture
-    reading: ClusterReading
+    reading: EncodedReading
     duration_ms: float
 
 

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
 
+from fieldcam.calibration.documents import CALIBRATION_NAMES
 from fieldcam.errors import StorageError
-from fieldcam.exchange.capture_folder import CALIBRATION_NAMES
 
 FOLDER_NAME = "calibrations"
 NUMBERED = re.compile(r"(\d{4,})-\d{4}-\d{2}-\d{2}", re.ASCII)

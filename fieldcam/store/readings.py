@@ -6,30 +6,32 @@ from typing import Any
 
 from sqlite_utils import Database
 
+from fieldcam.codec.forms import FruitletForm
+from fieldcam.codec.readings import EncodedReading, load_reading
 from fieldcam.errors import ReadingInvalid
-from fieldcam.exchange.readings import dump_reading, load_reading
 from fieldcam.store.lookups import row_of
 from fieldcam.store.rows import EntryId
 from fieldcam.store.seals import damaged, sealed_document
 from fieldcam.store.walk_rows import Reading
-from fieldcam.values import ClusterReading, Fruitlet
+from fieldcam.values import ClusterReading
 
 
-def reading_row(capture: EntryId, reading: ClusterReading, duration_ms: float) -> Reading:
+def reading_row(capture: EntryId, reading: EncodedReading, duration_ms: float) -> Reading:
     """The row of a reading that took this long since its capture was saved."""
+    form = reading.form
     return Reading(
         capture=capture,
-        document=dump_reading(reading),
-        schema_version=reading.schema_version,
-        tag_read=None if reading.tag is None else reading.tag.id,
-        status=reading.verdict.status.value,
-        reasons=tuple(reason.code.value for reason in reading.verdict.reasons),
-        target_count=len(reading.target),
-        sizes=tuple(_size(fruitlet) for fruitlet in reading.fruitlets),
-        models=dict(reading.models),
-        method=reading.settings.method.value,
-        stereo=reading.settings.stereo.value,
-        software_version=reading.software_version,
+        document=reading.text,
+        schema_version=form.schema,
+        tag_read=None if form.tag is None else form.tag.id,
+        status=form.verdict.status.value,
+        reasons=tuple(reason.code.value for reason in form.verdict.reasons),
+        target_count=len(form.target),
+        sizes=tuple(_size(fruitlet) for fruitlet in form.fruitlets),
+        models=form.models,
+        method=form.settings.method.value,
+        stereo=form.settings.stereo.value,
+        software_version=form.software_version,
         duration_ms=duration_ms,
     )
 
@@ -48,15 +50,14 @@ def stored_reading(database: Database, key: EntryId) -> ClusterReading:
         raise
 
 
-def _size(fruitlet: Fruitlet) -> dict[str, Any]:
+def _size(fruitlet: FruitletForm) -> dict[str, Any]:
     x_px, y_px = fruitlet.center_px
-    diameter_mm = fruitlet.diameter_mm
     return {
         "id": fruitlet.id,
         "in_target": fruitlet.in_target,
         "cluster": fruitlet.cluster,
-        "diameter_mm": None if diameter_mm is None else float(diameter_mm),
-        "x_px": float(x_px),
-        "y_px": float(y_px),
+        "diameter_mm": fruitlet.diameter_mm,
+        "x_px": x_px,
+        "y_px": y_px,
         "area_px": fruitlet.mask.area_px,
     }

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from fieldcam.disk.durable import fsync_folder, storage_error
 from fieldcam.errors import RowsLost, StorageBusy, StorageDamaged, StorageError
 from fieldcam.store.connection import connect_untouched
-from fieldcam.store.durable import fsync_folder, storage_error
 from fieldcam.store.facts import all_facts
 from fieldcam.store.folder import DataFolder, DataKind, kind_of
 from fieldcam.store.integrity import FileProblem, quick_check, rehash

@@ -102,7 +102,7 @@ class Reading(Row):
     table: ClassVar[str] = "reading"
     capture: EntryId
     document: str
-    """A ClusterReading, as exchange.readings writes it."""
+    """A ClusterReading, as codec.readings writes it."""
     schema_version: int
     tag_read: int | None
     status: str

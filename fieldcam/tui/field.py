@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.camera.finding import HeadFinder
 from fieldcam.camera.head.logs import camera_log
 from fieldcam.models import Models

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import partial
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.status import Limits
 from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.session.calibrating import keep_known

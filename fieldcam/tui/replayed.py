@@ -9,7 +9,7 @@ from functools import partial
 from itertools import groupby
 from pathlib import Path
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.camera.aimed import OF_THE_CABLE, AimedCamera
 from fieldcam.camera.replay import RecordedDay, ReplayProcess
 from fieldcam.exchange.capture_folder import CaptureFile, read_capture_folder

@@ -8,7 +8,7 @@ from dataclasses import replace
 from datetime import date, timedelta
 from pathlib import Path
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedRow
 from fieldcam.models import find_models

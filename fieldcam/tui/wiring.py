@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from sqlite_utils import Database
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.status import Limits
 from fieldcam.analysis.supervisor import DEFAULTS, Supervisor
 from fieldcam.camera.port import FlashStereoDevice

@@ -22,6 +22,7 @@ from torture.paths import IMPORTS
 from torture.rowed_walk import open_folder
 
 from measuring.apps import Scenery, Telling, render, telling_app
+from measuring.quick import QUICK
 
 KEYS = {
     "right": ("\x1b[C", "Next tag", "At tag"),
@@ -132,7 +133,7 @@ def _idle(folder: Path, scenery: Scenery) -> Iterator[str]:
 
 def _captures(folder: Path, scenery: Scenery) -> Iterator[str]:
     """Full pictures in a row, with an analysis that answers at once."""
-    with telling_app(folder, scenery, "measuring.quick:Quick") as told:
+    with telling_app(folder, scenery, QUICK) as told:
         size_mib: list[float] = []
         for number in range(1, CAPTURES + 1):
             told.terminal.press(" ")

@@ -14,8 +14,8 @@ from live_walks import ToldCamera
 from terminals import ESCAPE, Terminal
 from torture.rowed_walk import open_row
 
-from fieldcam.analysis.requests import Setup
-from fieldcam.analysis.supervisor import VISION, Supervisor
+from fieldcam.analysis.messages import Setup
+from fieldcam.analysis.supervisor import CHILD, Supervisor
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit, plan_block
 from fieldcam.session.events import (
     AnalysisTrouble,
@@ -138,10 +138,10 @@ class Telling:
 
 
 @contextmanager
-def telling_app(folder: Path, scenery: Scenery, work: str = VISION) -> Iterator[Telling]:
+def telling_app(folder: Path, scenery: Scenery, child: Sequence[str] = CHILD) -> Iterator[Telling]:
     """The app, walked until this ends."""
     reader, writer = os.pipe()
-    with Terminal(partial(_screens, folder, scenery, work, writer), (120, 40)) as terminal:
+    with Terminal(partial(_screens, folder, scenery, child, writer), (120, 40)) as terminal:
         os.close(writer)
         told = Telling(terminal, reader)
         terminal.wait_for("North")
@@ -150,15 +150,20 @@ def telling_app(folder: Path, scenery: Scenery, work: str = VISION) -> Iterator[
     os.close(reader)
 
 
-def _screens(folder: Path, scenery: Scenery, work: str, tell: int) -> None:
+def _screens(folder: Path, scenery: Scenery, child: Sequence[str], tell: int) -> None:
     store, visit = open_row(folder)
     os.write(tell, f"app {os.getpid()}\n".encode())
     with store:
-        run(partial(_start, store, visit, scenery, work, tell), ())
+        run(partial(_start, store, visit, scenery, child, tell), ())
 
 
 def _start(
-    store: Store, visit: EntryId, scenery: Scenery, work: str, tell: int, listener: Listener
+    store: Store,
+    visit: EntryId,
+    scenery: Scenery,
+    child: Sequence[str],
+    tell: int,
+    listener: Listener,
 ) -> LiveWalk:
     def hear(event: LiveEvent) -> None:
         listener(event)
@@ -176,6 +181,6 @@ def _start(
         store,
         visit,
         SceneryCamera(scenery.pairs).open,
-        lambda changed: Supervisor(setup, None, changed, work=work),
+        lambda changed: Supervisor(setup, None, changed, child=child),
         hear,
     )

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from made_readings import CAMERA
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.status import Limits, State
 from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.session.events import AnalysisTrouble, LiveEvent, Saved, VerdictReady
@@ -20,7 +20,7 @@ from fieldcam.session.live import LiveWalk
 from torture.inspection import Announced, Losses, announcement, inspect
 from torture.paths import IMPORTS
 from torture.rowed_walk import QuickCamera, open_row
-from torture.treacherous import fault_of
+from torture.treacherous import HOPELESS, fault_of
 
 LIMITS = Limits(pair_s=6.0, first_pair_s=6.0, restarts=100_000, tries=1)
 PATIENCE_S = 60.0
@@ -48,8 +48,7 @@ def suffer(folder: Path, pictures: int) -> Suffered:
             supervisors: list[Supervisor] = []
 
             def start(changed: object) -> Supervisor:
-                work = "torture.treacherous:Hopeless"
-                supervisors.append(Supervisor(Setup(CAMERA), limits=LIMITS, work=work))
+                supervisors.append(Supervisor(Setup(CAMERA), limits=LIMITS, child=HOPELESS))
                 return supervisors[0]
 
             walk = LiveWalk(store, visit, QuickCamera().open, start, heard.put)

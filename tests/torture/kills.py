@@ -23,7 +23,7 @@ from made_readings import CAMERA
 from processes import children
 from terminals import Terminal
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.status import Limits
 from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.cli.launcher import launch
@@ -38,6 +38,7 @@ from fieldcam.tui.wiring import run
 from torture.inspection import Announced, Losses, announcement, inspect, missing
 from torture.paths import IMPORTS
 from torture.rowed_walk import QuickCamera, open_folder, open_row
+from torture.treacherous import TREACHEROUS
 
 LIMITS = Limits(pair_s=0.4, first_pair_s=30.0, restarts=100_000)
 LIVES_IN_A_FOLDER = 20
@@ -175,8 +176,6 @@ def _start(store: Store, visit: EntryId, announce: int, listener: Listener) -> L
         store,
         visit,
         QuickCamera().open,
-        lambda changed: Supervisor(
-            Setup(CAMERA), None, changed, LIMITS, "torture.treacherous:Treacherous"
-        ),
+        lambda changed: Supervisor(Setup(CAMERA), None, changed, LIMITS, TREACHEROUS),
         tell,
     )

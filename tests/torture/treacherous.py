@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 from live_walks import read
 from scripted_analysis import DEEDS
 
-from fieldcam.analysis.requests import Setup
+from fieldcam.analysis.child import serve
+from fieldcam.analysis.messages import Tags
+from fieldcam.safe_path import PYTHON
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import ClusterReading, Expectation
 
+TREACHEROUS = (*PYTHON, "-m", "torture.treacherous", "12")
+"""The command of a process to which one picture in twelve is bad."""
+HOPELESS = (*TREACHEROUS[:-1], "1")
 FAULTS = (
     "segfault", "hang", "hang_with_interpreter", "fall", "garbage", "huge", "forged", "stumble",
 )  # fmt: skip
@@ -21,12 +29,10 @@ def fault_of(saved: SavedCapture, one_in: int) -> str:
 
 
 class Treacherous:
-    """One picture in twelve is bad."""
+    """One picture in `one_in` is bad."""
 
-    one_in = 12
-
-    def __init__(self, setup: Setup) -> None:
-        self.setup = setup
+    def __init__(self, one_in: int) -> None:
+        self.one_in = one_in
 
     def warm_up(self) -> None:
         pass
@@ -35,8 +41,9 @@ class Treacherous:
         DEEDS[fault_of(saved, self.one_in)]()
         return read(expectation.tag_id or 0)
 
+    def look(self, image: Path, shrunk: int, calibration: Path | None) -> Tags:
+        return ()
 
-class Hopeless(Treacherous):
-    """Every picture is bad."""
 
-    one_in = 1
+if __name__ == "__main__":
+    serve(lambda setup: Treacherous(int(sys.argv[1])), int(sys.argv[2]))

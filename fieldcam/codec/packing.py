@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import math
 import zlib
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -47,7 +48,7 @@ def decode_mask(runs: list[int], width: int, height: int) -> BoolMask:
     return np.repeat(foreground, lengths).reshape(height, width)
 
 
-def encode_disparity(disparity_px: FloatMap) -> dict[str, int | float | str]:
+def encode_disparity(disparity_px: FloatMap) -> dict[str, Any]:
     """An (H, W) map in steps of 1/64 px, counted from its smallest whole value.
 
     A map that spans more than 1023 px, which no camera of ours gives, is stored

@@ -1,0 +1,1 @@
+"""The text form of a reading, in which it crosses processes and is stored."""
