@@ -10,52 +10,13 @@ from collections.abc import Sequence
 from fieldcam.session.doubt import NotNow
 from fieldcam.store.blocks import last_set_up
 from fieldcam.store.connection import rows
-from fieldcam.store.judgement_rows import MarkKind, Undo
+from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
+from fieldcam.store.judgement_rows import FruitletMark, MarkKind, Undo
+from fieldcam.store.kinds import KIND_OF, WORDS
 from fieldcam.store.lookups import row_of
 from fieldcam.store.resuming import Undoable, last_undoable, undoable_words
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows import EntryId, Row
 from fieldcam.store.store import Store
-
-_TAG = {
-    "decision": "SELECT capture_now.tag_id FROM capture_now JOIN decision AS word"
-    " ON word.capture = capture_now.id WHERE word.id = ?",
-    "tag_correction": "SELECT capture_now.tag_id FROM capture_now JOIN tag_correction AS word"
-    " ON word.capture = capture_now.id WHERE word.id = ?",
-    "target_correction": "SELECT capture_now.tag_id FROM capture_now JOIN target_correction AS word"
-    " ON word.reading = capture_now.reading WHERE word.id = ?",
-    "note": "SELECT capture_now.tag_id FROM capture_now JOIN note AS word"
-    " ON word.subject = capture_now.id WHERE word.id = ?",
-    "skip": "SELECT tag_id FROM skip WHERE id = ?",
-    "fruitlet_mark": "SELECT coalesce(word.tag_id, (SELECT capture_now.tag_id FROM capture_now"
-    " WHERE capture_now.reading = word.reading)) AS tag_id"
-    " FROM fruitlet_mark AS word WHERE word.id = ?",
-    "caliper_size": "SELECT tag_id FROM caliper_size WHERE id = ?",
-    "caliper_identity": "SELECT capture_now.tag_id FROM capture_now JOIN caliper_identity AS word"
-    " ON word.reading = capture_now.reading WHERE word.id = ?",
-    "association_word": "SELECT capture_now.tag_id FROM capture_now JOIN association_word AS word"
-    " ON word.one_reading = capture_now.reading WHERE word.id = ?",
-}
-"""Which cluster a row is about, by its table."""
-_NAMES = {
-    "decision": "the decision",
-    "tag_correction": "the tag's correction",
-    "target_correction": "the choice of the target",
-    "note": "the note",
-    "skip": "the skipping",
-    "fruitlet_mark": "the mark",
-    "caliper_size": "the caliper size",
-    "caliper_identity": "the fruit's name",
-    "association_word": "the match",
-    "missing_word": "the answer",
-    "block_facts": "the block's facts",
-    "tree": "the trees",
-    "cluster": "the place on the route",
-    "route": "the route",
-    "block_setting": "the number",
-    "spray": "the spray",
-    "visit_day": "the visit's day",
-}
-
 
 _SAME_MOMENT = (
     "FROM (SELECT here.* FROM standing AS here JOIN entry AS last"
@@ -77,21 +38,21 @@ def undo_last(store: Store, visit: EntryId) -> tuple[str, int | None]:
 
 def undo_match(store: Store, visit: EntryId, tag_id: int) -> str:
     """Undo the last match that was said of this cluster on this visit."""
-    return _undo_of_cluster(store, visit, tag_id, ("association_word",), "match")
+    return _undo_of_cluster(store, visit, tag_id, (AssociationWord,), "match")
 
 
 def undo_fruit(store: Store, visit: EntryId, tag_id: int) -> str:
     """Undo the last name, size or king that this cluster's fruitlets got on this visit."""
-    kinds = ("caliper_size", "caliper_identity", "fruitlet_mark")
+    kinds = (CaliperSize, CaliperIdentity, FruitletMark)
     return _undo_of_cluster(store, visit, tag_id, kinds, "size, name or king")
 
 
 def _undo_of_cluster(
-    store: Store, visit: EntryId, tag_id: int, kinds: Sequence[str], what: str
+    store: Store, visit: EntryId, tag_id: int, kinds: Sequence[type[Row]], what: str
 ) -> str:
     """`what` says which words these are, where none is left."""
     words = undoable_words(store.database, store.identity.device, visit, kinds)
-    fruit = (word for word in words if word.kind != "fruitlet_mark" or _on_cluster(store, word))
+    fruit = (word for word in words if word.kind is not FruitletMark or _on_cluster(store, word))
     last = next((word for word in fruit if _tag(store, word) == tag_id), None)
     if last is None:
         raise NotNow(
@@ -110,8 +71,9 @@ def undo_last_set_up(store: Store, block: EntryId) -> str:
 
 def _tag(store: Store, word: Undoable) -> int | None:
     """The cluster that a word is about."""
-    found = rows(store.database, _TAG[word.kind], word.id)
-    return found[0]["tag_id"] if found else None
+    sql = f"SELECT {WORDS[word.kind].tag} AS tag_id FROM {word.kind.table} AS word WHERE id = ?"
+    tag_id: int | None = rows(store.database, sql, word.id)[0]["tag_id"]
+    return tag_id
 
 
 def _on_cluster(store: Store, mark: Undoable) -> bool:
@@ -127,7 +89,7 @@ def _undo(store: Store, entry: EntryId) -> str:
         *(Undo(each) for each in together),
         *(Undo(each, undone=False) for each in struck_out),
     )
-    return " and ".join(dict.fromkeys(_NAMES[kind] for kind in together.values()))
+    return " and ".join(dict.fromkeys(together.values()))
 
 
 def _struck_out_with(store: Store, entry: EntryId) -> list[EntryId]:
@@ -137,8 +99,7 @@ def _struck_out_with(store: Store, entry: EntryId) -> list[EntryId]:
 
 
 def _written_together(store: Store, entry: EntryId) -> dict[EntryId, str]:
-    """Those that can be undone, the earliest first."""
+    """Those that can be undone, as the operator knows them, the earliest first."""
     sql = f"SELECT written.id, written.kind {_SAME_MOMENT} ORDER BY written.seq"
-    return {
-        row["id"]: row["kind"] for row in rows(store.database, sql, entry) if row["kind"] in _NAMES
-    }
+    found = {row["id"]: KIND_OF[row["kind"]].named for row in rows(store.database, sql, entry)}
+    return {each: named for each, named in found.items() if named}

@@ -7,17 +7,11 @@ from datetime import date
 
 from sqlite_utils import Database
 
-from fieldcam.store.connection import rows
+from fieldcam.store.connection import rows, rows_as
+from fieldcam.store.kinds import SET_UP
 from fieldcam.store.orchard_rows import Setting
 from fieldcam.store.rows import EntryId
 from fieldcam.values import TAG_SIZE_MM
-
-_TABLES = ("block_facts", "tree", "cluster", "route", "block_setting", "spray")
-_SET_UP = (
-    *(f"SELECT id, block FROM {table}" for table in _TABLES),
-    "SELECT visit_day.id, visit.block FROM visit_day JOIN visit ON visit.id = visit_day.visit",
-)
-"""Rows of what is set up in a block."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,18 +63,15 @@ class SprayRecord:
 
 def blocks(database: Database) -> tuple[BlockSummary, ...]:
     """All blocks, by name."""
-    found = rows(
+    return rows_as(
         database,
+        BlockSummary,
         "SELECT block.*,"
-        " (SELECT count(*) FROM tree JOIN standing USING (id) WHERE block = block.id) AS trees,"
+        " (SELECT count(*) FROM tree_now WHERE block = block.id) AS trees,"
         " (SELECT count(*) FROM cluster_now WHERE block = block.id) AS clusters,"
         " (SELECT count(*) FROM visit WHERE block = block.id) AS visits,"
         " (SELECT max(day) FROM visit_now WHERE block = block.id) AS last_day"
         " FROM block_now AS block JOIN standing USING (id) ORDER BY block.name",
-    )
-    return tuple(
-        BlockSummary(**{**row, "last_day": row["last_day"] and date.fromisoformat(row["last_day"])})
-        for row in found
     )
 
 
@@ -102,8 +93,9 @@ def newest_blocks(database: Database) -> tuple[EntryId, ...]:
 
 def visits(database: Database, block: EntryId) -> tuple[VisitSummary, ...]:
     """The visits of a block, the earliest day first."""
-    found = rows(
+    return rows_as(
         database,
+        VisitSummary,
         "SELECT visit.id, visit.day, count(capture.id) AS captures,"
         " count(DISTINCT CASE capture.action WHEN 'accept' THEN capture.tag_id END) AS accepted"
         " FROM visit_now AS visit JOIN entry ON entry.id = visit.id"
@@ -111,7 +103,6 @@ def visits(database: Database, block: EntryId) -> tuple[VisitSummary, ...]:
         " WHERE visit.block = ? GROUP BY visit.id ORDER BY visit.day, entry.turn",
         block,
     )
-    return tuple(VisitSummary(**{**row, "day": date.fromisoformat(row["day"])}) for row in found)
 
 
 def day_corrections(database: Database, block: EntryId) -> dict[EntryId, DayCorrection]:
@@ -151,19 +142,13 @@ def tag_size_mm(database: Database, block: EntryId) -> float:
 
 def sprays(database: Database, block: EntryId) -> tuple[SprayRecord, ...]:
     """The sprays of a block, the earliest first."""
-    sql = (
-        "SELECT spray.id, sprayed_on, product, rate FROM spray JOIN standing USING (id)"
-        " WHERE block = ? ORDER BY sprayed_on, turn"
-    )
-    return tuple(
-        SprayRecord(**{**row, "sprayed_on": date.fromisoformat(row["sprayed_on"])})
-        for row in rows(database, sql, block)
-    )
+    sql = "SELECT * FROM spray_now WHERE block = ? ORDER BY sprayed_on, turn"
+    return rows_as(database, SprayRecord, sql, block)
 
 
 def trees(database: Database, block: EntryId) -> dict[EntryId, str]:
     """Labels of a block's trees, in the order they were made."""
-    sql = "SELECT tree.id, label FROM tree JOIN standing USING (id) WHERE block = ? ORDER BY turn"
+    sql = "SELECT id, label FROM tree_now WHERE block = ? ORDER BY turn"
     return {row["id"]: row["label"] for row in rows(database, sql, block)}
 
 
@@ -178,8 +163,12 @@ def tree_of_tags(database: Database, block: EntryId) -> dict[int, str]:
 
 def last_set_up(database: Database, device: EntryId, block: EntryId) -> EntryId | None:
     """This device's newest standing word on how a block is set up."""
+    words = (
+        f"SELECT id, {subject.block} AS block FROM {kind.table} AS word"
+        for kind, subject in SET_UP.items()
+    )
     sql = (
-        f"SELECT id FROM standing JOIN ({' UNION ALL '.join(_SET_UP)}) AS word USING (id)"
+        f"SELECT id FROM standing JOIN ({' UNION ALL '.join(words)}) AS word USING (id)"
         " WHERE word.block = ? AND device = ? ORDER BY turn DESC LIMIT 1"
     )
     found = rows(database, sql, block, device)

@@ -10,9 +10,9 @@ from typing import Any
 
 from sqlite_utils import Database
 
-from fieldcam.store.connection import rows
+from fieldcam.store.connection import rows, rows_as
 from fieldcam.store.fruit_rows import CaliperSize
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows import EntryId, from_columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,28 +54,21 @@ class MeasuredTwice:
 
 def caliper_sizes(database: Database, block: EntryId) -> tuple[MeasuredFruit, ...]:
     """The last word on each fruit and day, by cluster and day."""
-    sql = (
-        "SELECT id, tag_id, day, fruit, diameter_mm, source FROM caliper_size_now"
-        " WHERE block = ? ORDER BY tag_id, day, fruit"
-    )
-    return tuple(
-        MeasuredFruit(**{**row, "day": date.fromisoformat(row["day"])})
-        for row in rows(database, sql, block)
-    )
+    sql = "SELECT * FROM caliper_size_now WHERE block = ? ORDER BY tag_id, day, fruit"
+    return rows_as(database, MeasuredFruit, sql, block)
 
 
 def typed_sizes(database: Database, visit: EntryId, day: date) -> dict[EntryId, CaliperSize]:
     """What was typed at the pictures of a visit while this was its day, by its row."""
     found = rows(
         database,
-        "SELECT size.id, size.block, size.tag_id, size.fruit, size.diameter_mm"
-        " FROM caliper_size_now AS size JOIN visit ON visit.block = size.block"
+        "SELECT size.* FROM caliper_size_now AS size JOIN visit ON visit.block = size.block"
         " WHERE visit.id = ? AND size.day = ? AND size.source IS NULL"
         " AND size.tag_id IN (SELECT tag_id FROM capture_now WHERE visit = visit.id)",
         visit,
         day.isoformat(),
     )
-    return {row.pop("id"): CaliperSize(day=day, **row) for row in found}
+    return {row["id"]: from_columns(CaliperSize, row) for row in found}
 
 
 def named_fruitlets(database: Database, block: EntryId) -> tuple[NamedFruitlet, ...]:
@@ -125,8 +118,5 @@ def measured_twice(
 
 
 def _named(row: dict[str, Any]) -> NamedFruitlet:
-    sizes = {size["id"]: size["diameter_mm"] for size in json.loads(row.pop("sizes"))}
-    return NamedFruitlet(
-        **{**row, "day": date.fromisoformat(row["day"])},
-        diameter_mm=sizes.get(row["fruitlet"]),
-    )
+    sizes = {size["id"]: size["diameter_mm"] for size in json.loads(row["sizes"])}
+    return from_columns(NamedFruitlet, {**row, "diameter_mm": sizes.get(row["fruitlet"])})

@@ -11,9 +11,9 @@ from typing import Any
 from sqlite_utils import Database
 
 from fieldcam.store.blocks import visits
-from fieldcam.store.connection import rows
+from fieldcam.store.connection import rows, rows_as
 from fieldcam.store.fruit_rows import AssociationWord, MissingWord
-from fieldcam.store.judgement_rows import Answer, MarkKind
+from fieldcam.store.judgement_rows import MarkKind
 from fieldcam.store.rows import EntryId
 
 MOST_VIEWS = 2
@@ -83,16 +83,8 @@ def missing_words(
     database: Database, visit: EntryId, tag_id: int | None = None
 ) -> tuple[MissingWord, ...]:
     """What stands of one visit, the oldest first; of one cluster or of all."""
-    sql = (
-        "SELECT word.* FROM missing_word AS word JOIN standing USING (id)"
-        " WHERE word.visit = ? AND coalesce(word.tag_id = ?, 1) ORDER BY standing.turn"
-    )
-    return tuple(
-        MissingWord(
-            row["visit"], row["tag_id"], row["reading"], row["fruitlet"], Answer(row["answer"])
-        )
-        for row in rows(database, sql, visit, tag_id)
-    )
+    sql = "SELECT * FROM missing_word_now WHERE visit = ? AND coalesce(tag_id = ?, 1) ORDER BY turn"
+    return rows_as(database, MissingWord, sql, visit, tag_id)
 
 
 def unread_clusters(database: Database, block: EntryId) -> dict[date, int]:
@@ -138,12 +130,10 @@ def association_words(
     """What stands about pairs of these readings, the oldest first."""
     sql = (
         "WITH here AS (SELECT value FROM json_each(?))"
-        " SELECT one_reading, one_fruitlet, other_reading, other_fruitlet"
-        " FROM association_word_now WHERE one_reading IN here AND other_reading IN here"
-        " ORDER BY turn, id"
+        " SELECT * FROM association_word_now"
+        " WHERE one_reading IN here AND other_reading IN here ORDER BY turn, id"
     )
-    found = rows(database, sql, json.dumps(sorted(readings)))
-    return tuple(AssociationWord(**row) for row in found)
+    return rows_as(database, AssociationWord, sql, json.dumps(sorted(readings)))
 
 
 def _accepted(database: Database, block: EntryId, tag_id: int | None) -> list[dict[str, Any]]:

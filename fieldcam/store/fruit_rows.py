@@ -7,7 +7,16 @@ from datetime import date
 from typing import ClassVar
 
 from fieldcam.store.judgement_rows import Answer
-from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.rows import EntryId, Row, same
+from fieldcam.store.subjects import IN_A_BLOCK, OfCluster, of_reading
+
+_ONE_TO_ONE = (
+    "other.one_reading = said.one_reading AND other.other_reading = said.other_reading"
+    " AND (other.one_fruitlet = said.one_fruitlet OR other.other_fruitlet = said.other_fruitlet)"
+    " OR other.one_reading = said.other_reading AND other.other_reading = said.one_reading"
+    " AND (other.one_fruitlet = said.other_fruitlet OR other.other_fruitlet = said.one_fruitlet)"
+)
+"""Whichever of two readings is named first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +24,9 @@ class CaliperSize(Row):
     """A fruit of a cluster was measured on a day; the last such row counts."""
 
     table: ClassVar[str] = "caliper_size"
+    named: ClassVar[str] = "the caliper size"
+    about: ClassVar[OfCluster] = IN_A_BLOCK
+    key: ClassVar[str] = same("block", "tag_id", "day", "fruit")
     block: EntryId
     tag_id: int
     day: date
@@ -33,6 +45,9 @@ class CaliperIdentity(Row):
     """
 
     table: ClassVar[str] = "caliper_identity"
+    named: ClassVar[str] = "the fruit's name"
+    about: ClassVar[OfCluster] = of_reading()
+    key: ClassVar[str] = f"{same('reading', 'fruitlet')} OR {same('reading', 'fruit')}"
     reading: EntryId
     fruitlet: int
     fruit: str
@@ -43,6 +58,9 @@ class AssociationWord(Row):
     """A fruitlet of one reading is this one of another, or is not in it; the last word counts."""
 
     table: ClassVar[str] = "association_word"
+    named: ClassVar[str] = "the match"
+    about: ClassVar[OfCluster] = of_reading("one_reading")
+    key: ClassVar[str] = _ONE_TO_ONE
     one_reading: EntryId
     one_fruitlet: int
     other_reading: EntryId
@@ -58,6 +76,7 @@ class MissingWord(Row):
     """
 
     table: ClassVar[str] = "missing_word"
+    named: ClassVar[str] = "the answer"
     visit: EntryId
     tag_id: int
     reading: EntryId

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date, datetime
-from typing import Any, TypeVar
+from typing import Any
 
 from sqlite_utils import Database
 
-from fieldcam.store.connection import rows
+from fieldcam.store.connection import rows, rows_as
 from fieldcam.store.judgement_rows import Action, Answer, MarkKind
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows import EntryId, from_columns
 from fieldcam.values import ReasonCode, Status
 from fieldcam.words import letter_of
-
-_Part = TypeVar("_Part")
 
 _CAPTURES = (
     "SELECT capture.*, visit.day, decision.answer, reading.status, reading.reasons,"
@@ -149,10 +145,7 @@ def cluster_marks(database: Database, block: EntryId, tag_id: int) -> tuple[Clus
         "SELECT mark.* FROM fruitlet_mark_now AS mark JOIN visit ON visit.id = mark.visit"
         " WHERE visit.block = ? AND mark.tag_id = ? ORDER BY mark.turn"
     )
-    return tuple(
-        ClusterMark(row["id"], row["visit"], MarkKind(row["mark"]), row["count"])
-        for row in rows(database, sql, block, tag_id)
-    )
+    return rows_as(database, ClusterMark, sql, block, tag_id)
 
 
 def corrected_target(database: Database, reading: EntryId) -> int | None:
@@ -164,41 +157,23 @@ def corrected_target(database: Database, reading: EntryId) -> int | None:
 
 def notes_on(database: Database, subject: EntryId) -> tuple[str, ...]:
     """Notes about a row, the oldest first."""
-    sql = "SELECT text FROM note JOIN standing USING (id) WHERE subject = ? ORDER BY turn"
+    sql = "SELECT text FROM note_now WHERE subject = ? ORDER BY turn"
     return tuple(row["text"] for row in rows(database, sql, subject))
 
 
 def _record(database: Database, row: dict[str, Any]) -> CaptureRecord:
-    return CaptureRecord(
-        id=row["id"],
-        visit=row["visit"],
-        day=_optional(row["day"], date.fromisoformat),
-        taken_at=datetime.fromisoformat(row["taken_at"]),
-        tag_id=row["tag_id"],
-        tag_expected=row["tag_expected"],
-        view=row["view"],
-        retake_of=row["retake_of"],
-        action=_optional(row["action"], Action),
-        answer=_optional(row["answer"], Answer),
-        decision=row["decision"],
-        left_file=row["left_file"],
-        right_file=row["right_file"],
-        reading=_summary(database, row) if row["reading"] else None,
-        notes=notes_on(database, row["id"]),
-    )
+    reading = _summary(database, row) if row["reading"] else None
+    notes = notes_on(database, row["id"])
+    return from_columns(CaptureRecord, {**row, "reading": reading, "notes": notes})
 
 
 def _summary(database: Database, row: dict[str, Any]) -> ReadingSummary:
-    return ReadingSummary(
-        id=row["reading"],
-        status=Status(row["status"]),
-        reasons=tuple(ReasonCode(code) for code in json.loads(row["reasons"])),
-        tag_read=row["tag_read"],
-        living=row["living"],
-        fruitlets=_fruitlets(database, row["id"], row["reading"]),
-        software_version=row["software_version"],
-        by_hand_mm=_by_hand(database, row["reading"]),
-    )
+    parts = {
+        "id": row["reading"],
+        "fruitlets": _fruitlets(database, row["id"], row["reading"]),
+        "by_hand_mm": _by_hand(database, row["reading"]),
+    }
+    return from_columns(ReadingSummary, {**row, **parts})
 
 
 def _by_hand(database: Database, reading: EntryId) -> tuple[float | None, ...]:
@@ -219,16 +194,13 @@ def _fruitlets(database: Database, capture: EntryId, reading: EntryId) -> tuple[
             marks = {seen: [m for m in of if m is not MarkKind.KING] for seen, of in marks.items()}
         marks.setdefault(mark["fruitlet"], []).append(MarkKind(mark["mark"]))
     return tuple(
-        FruitletSeen(
-            id=row["fruitlet"],
-            in_target=bool(row["in_target"]),
-            living=bool(row["living"]),
-            diameter_mm=row["diameter_mm"],
-            marks=tuple(dict.fromkeys(marks.get(row["fruitlet"], []))),
+        from_columns(
+            FruitletSeen,
+            {
+                **row,
+                "id": row["fruitlet"],
+                "marks": tuple(dict.fromkeys(marks.get(row["fruitlet"], []))),
+            },
         )
         for row in rows(database, "SELECT * FROM fruitlet_now WHERE capture = ?", capture)
     )
-
-
-def _optional(value: str | None, decode: Callable[[str], _Part]) -> _Part | None:
-    return None if value is None else decode(value)

@@ -7,8 +7,7 @@ from datetime import date
 
 from sqlite_utils import Database
 
-from fieldcam.store.connection import rows
-from fieldcam.store.judgement_rows import Action
+from fieldcam.store.connection import rows, rows_as
 from fieldcam.store.rows import EntryId
 from fieldcam.store.walk_rows import ObjectRole
 
@@ -37,26 +36,17 @@ class KnownPair:
 
 def known_pairs(database: Database, left: str, right: str) -> tuple[KnownPair, ...]:
     """All captures of these two files, the oldest first."""
-    found = rows(
+    return rows_as(
         database,
-        "SELECT capture.id, capture.action, capture.reading, capture.tag_expected,"
-        " visit.day, block.name FROM capture_now AS capture"
+        KnownPair,
+        "SELECT capture.id AS capture, coalesce(block.name, '') AS block_name, visit.day,"
+        " capture.tag_expected, capture.action IS 'discard' AS discarded,"
+        " capture.reading IS NOT NULL AS analysed FROM capture_now AS capture"
         " LEFT JOIN visit_now AS visit ON visit.id = capture.visit"
         " LEFT JOIN block ON block.id = visit.block"
         " WHERE capture.left_file = ? AND capture.right_file = ? ORDER BY capture.turn",
         left,
         right,
-    )
-    return tuple(
-        KnownPair(
-            capture=row["id"],
-            block_name=row["name"] or "",
-            day=None if row["day"] is None else date.fromisoformat(row["day"]),
-            tag_expected=row["tag_expected"],
-            discarded=row["action"] == Action.DISCARD,
-            analysed=row["reading"] is not None,
-        )
-        for row in found
     )
 
 

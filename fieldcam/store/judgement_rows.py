@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import ClassVar
 
-from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.rows import EntryId, Row, same
+from fieldcam.store.subjects import ON_A_VISIT, OfCluster, of_capture, of_reading
 
 
 class Action(StrEnum):
@@ -39,6 +40,9 @@ class Decision(Row):
     """The operator's word on a capture; the last one that was not undone counts."""
 
     table: ClassVar[str] = "decision"
+    named: ClassVar[str] = "the decision"
+    about: ClassVar[OfCluster] = of_capture()
+    key: ClassVar[str] = same("capture")
     capture: EntryId
     action: Action
     answer: Answer | None = None
@@ -50,6 +54,8 @@ class Skip(Row):
     """A cluster is left out on this visit."""
 
     table: ClassVar[str] = "skip"
+    named: ClassVar[str] = "the skipping"
+    about: ClassVar[OfCluster] = ON_A_VISIT
     visit: EntryId
     tag_id: int
 
@@ -59,6 +65,8 @@ class FruitletMark(Row):
     """A mark on a reading's fruitlet, or on a cluster at a visit; `on_*` make them."""
 
     table: ClassVar[str] = "fruitlet_mark"
+    named: ClassVar[str] = "the mark"
+    about: ClassVar[OfCluster] = of_reading() | ON_A_VISIT
     mark: MarkKind
     reading: EntryId | None = None
     fruitlet: int | None = None
@@ -91,6 +99,9 @@ class TagCorrection(Row):
     """A capture shows this tag, whatever was read or expected."""
 
     table: ClassVar[str] = "tag_correction"
+    named: ClassVar[str] = "the tag's correction"
+    about: ClassVar[OfCluster] = of_capture()
+    key: ClassVar[str] = same("capture")
     capture: EntryId
     tag_id: int
 
@@ -100,6 +111,9 @@ class TargetCorrection(Row):
     """The tagged cluster of a reading is this one (`Fruitlet.cluster`)."""
 
     table: ClassVar[str] = "target_correction"
+    named: ClassVar[str] = "the choice of the target"
+    about: ClassVar[OfCluster] = of_reading()
+    key: ClassVar[str] = same("reading")
     reading: EntryId
     cluster: int
 
@@ -109,6 +123,8 @@ class Note(Row):
     """Free text about any other row: a capture, a cluster, a visit, a block."""
 
     table: ClassVar[str] = "note"
+    named: ClassVar[str] = "the note"
+    about: ClassVar[OfCluster] = of_capture("subject")
     text: str
     subject: EntryId | None = None
 

@@ -1,7 +1,7 @@
 """Brings a database file up to the present schema; never back.
 
 Each file `sql/<n>_<name>.sql` is one step and one transaction, counted by
-`user_version`.
+`user_version`; after the last one the views are renewed.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from fieldcam.store.connection import (
     storage_errors,
     writing,
 )
+from fieldcam.store.views import renew_views
 
 
 @cache
@@ -36,6 +37,7 @@ def migrate(database: Database, path: Path) -> int:
     check_version(database, path)
     for version in range(version_of(database) + 1, len(steps()) + 1):
         _apply(database, version)
+    renew_views(database, path)
     return version_of(database)
 
 

@@ -7,7 +7,8 @@ from datetime import date
 from enum import StrEnum
 from typing import ClassVar
 
-from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.rows import EntryId, Row, same
+from fieldcam.store.subjects import OfBlock
 
 
 class Setting(StrEnum):
@@ -56,6 +57,9 @@ class BlockFacts(Row):
     """Corrects what the block's own row says; its name stays."""
 
     table: ClassVar[str] = "block_facts"
+    named: ClassVar[str] = "the block's facts"
+    about: ClassVar[OfBlock] = OfBlock()
+    key: ClassVar[str] = same("block")
     block: EntryId
     orchard: str
     variety: str
@@ -67,6 +71,8 @@ class Tree(Row):
     """A tree of a block."""
 
     table: ClassVar[str] = "tree"
+    named: ClassVar[str] = "the trees"
+    about: ClassVar[OfBlock] = OfBlock()
     block: EntryId
     label: str
 
@@ -76,6 +82,9 @@ class Cluster(Row):
     """Tag `tag_id` of the block hangs in this tree; the last such row counts."""
 
     table: ClassVar[str] = "cluster"
+    named: ClassVar[str] = "the place on the route"
+    about: ClassVar[OfBlock] = OfBlock()
+    key: ClassVar[str] = same("block", "tag_id")
     block: EntryId
     tag_id: int
     tree: EntryId | None = None
@@ -86,6 +95,9 @@ class Route(Row):
     """The order in which a block is to be walked; clusters learned later follow it."""
 
     table: ClassVar[str] = "route"
+    named: ClassVar[str] = "the route"
+    about: ClassVar[OfBlock] = OfBlock()
+    key: ClassVar[str] = same("block")
     block: EntryId
     tag_ids: tuple[int, ...]
 
@@ -95,6 +107,9 @@ class BlockSetting(Row):
     """A number for a block, or for one tree."""
 
     table: ClassVar[str] = "block_setting"
+    named: ClassVar[str] = "the number"
+    about: ClassVar[OfBlock] = OfBlock()
+    key: ClassVar[str] = same("block", "tree", "name")
     block: EntryId
     name: Setting
     value: float
@@ -106,6 +121,8 @@ class Spray(Row):
     """A thinning spray."""
 
     table: ClassVar[str] = "spray"
+    named: ClassVar[str] = "the spray"
+    about: ClassVar[OfBlock] = OfBlock()
     block: EntryId
     sprayed_on: date
     product: str

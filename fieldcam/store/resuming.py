@@ -12,25 +12,15 @@ from sqlite_utils import Database
 
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.connection import database_path, rows
+from fieldcam.store.kinds import KIND_OF, WORDS
 from fieldcam.store.lookups import row_of
 from fieldcam.store.objects import Objects
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows import EntryId, Row
 from fieldcam.store.walk_rows import EventKind
 from fieldcam.store.walks import WalkRoute, walk_route
 
 _LAST = 1 << 62
 """Larger than any turn."""
-_UNDOABLE = (
-    "decision",
-    "skip",
-    "fruitlet_mark",
-    "tag_correction",
-    "target_correction",
-    "note",
-    "caliper_size",
-    "caliper_identity",
-    "association_word",
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +54,7 @@ class Undoable:
     """The operator's newest row that still counts."""
 
     id: EntryId
-    kind: str
-    """The row's table."""
+    kind: type[Row]
 
 
 def resume(database: Database, visit: EntryId | None = None) -> Resumption | None:
@@ -146,11 +135,11 @@ def saved_capture(database: Database, capture: EntryId) -> SavedCapture | None:
 
 def last_undoable(database: Database, device: EntryId, visit: EntryId) -> Undoable | None:
     """What the undo key takes back on the walk."""
-    return next(iter(undoable_words(database, device, visit)), None)
+    return next(iter(undoable_words(database, device, visit, tuple(WORDS))), None)
 
 
 def undoable_words(
-    database: Database, device: EntryId, visit: EntryId, kinds: Sequence[str] = _UNDOABLE
+    database: Database, device: EntryId, visit: EntryId, kinds: Sequence[type[Row]]
 ) -> tuple[Undoable, ...]:
     """This device's standing words of these kinds since the visit began, the newest first."""
     places = ", ".join("?" * len(kinds))
@@ -158,8 +147,8 @@ def undoable_words(
         f"SELECT id, kind FROM standing WHERE device = ? AND kind IN ({places})"
         " AND turn > (SELECT turn FROM entry WHERE id = ?) ORDER BY turn DESC"
     )
-    found = rows(database, sql, device, *kinds, visit)
-    return tuple(Undoable(row["id"], row["kind"]) for row in found)
+    found = rows(database, sql, device, *(kind.table for kind in kinds), visit)
+    return tuple(Undoable(row["id"], KIND_OF[row["kind"]]) for row in found)
 
 
 def capture_without_tag(database: Database, visit: EntryId) -> EntryId | None:

@@ -7,7 +7,7 @@ from datetime import datetime
 
 from sqlite_utils import Database
 
-from fieldcam.store.connection import rows
+from fieldcam.store.connection import rows, rows_as
 from fieldcam.store.rows import EntryId
 
 NEWEST = 20
@@ -40,10 +40,7 @@ def last_camera(database: Database) -> LastCamera | None:
         "SELECT left_serial, right_serial, taken_at FROM capture JOIN entry USING (id)"
         " WHERE left_serial <> '' ORDER BY turn DESC LIMIT 1"
     )
-    for row in rows(database, sql):
-        taken_at = datetime.fromisoformat(row["taken_at"])
-        return LastCamera(row["left_serial"], row["right_serial"], taken_at)
-    return None
+    return next(iter(rows_as(database, LastCamera, sql)), None)
 
 
 def newest_readings(database: Database, count: int) -> tuple[EntryId, ...]:

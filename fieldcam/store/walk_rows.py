@@ -9,7 +9,8 @@ from enum import StrEnum
 from hashlib import sha256
 from typing import Any, ClassVar
 
-from fieldcam.store.rows import EntryId, Row, columns
+from fieldcam.store.rows import EntryId, Row, columns, same
+from fieldcam.store.subjects import OfBlock
 
 
 class EventKind(StrEnum):
@@ -51,6 +52,9 @@ class VisitDay(Row):
     """Corrects the day of a visit; the last such row counts."""
 
     table: ClassVar[str] = "visit_day"
+    named: ClassVar[str] = "the visit's day"
+    about: ClassVar[OfBlock] = OfBlock("(SELECT block FROM visit WHERE visit.id = word.visit)")
+    key: ClassVar[str] = same("visit")
     visit: EntryId
     day: date
 
@@ -100,6 +104,7 @@ class Reading(Row):
     """What the analysis said about a capture; the columns repeat parts of the document."""
 
     table: ClassVar[str] = "reading"
+    key: ClassVar[str] = same("capture")
     capture: EntryId
     document: str
     """A ClusterReading, as exchange.readings writes it."""

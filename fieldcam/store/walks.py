@@ -199,10 +199,7 @@ def _captures_by_tag(database: Database, visit: EntryId) -> dict[int, list[dict[
 
 
 def _skipped_turns(database: Database, visit: EntryId) -> dict[int, int]:
-    sql = (
-        "SELECT tag_id, max(turn) AS turn FROM skip JOIN standing USING (id)"
-        " WHERE visit = ? GROUP BY tag_id"
-    )
+    sql = "SELECT tag_id, max(turn) AS turn FROM skip_now WHERE visit = ? GROUP BY tag_id"
     return {row["tag_id"]: row["turn"] for row in rows(database, sql, visit)}
 
 

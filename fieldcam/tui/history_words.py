@@ -22,8 +22,8 @@ from fieldcam.store.judgement_rows import (
     TagCorrection,
     TargetCorrection,
 )
-from fieldcam.store.rows import EntryId
-from fieldcam.store.said import Saying, Word
+from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.said import Word
 from fieldcam.words import letter_of, number_of
 
 DECIDED = {
@@ -128,7 +128,7 @@ def _marks(day: ClusterDay) -> list[str]:
     return [*found, *(f"{count} {MARKED[mark]}" for mark, count in most.items())]
 
 
-def _said(saying: Saying, readings: Readings) -> str:
+def _said(saying: Row, readings: Readings) -> str:
     match saying:
         case Decision(_, action, answer):
             return DECIDED[action] + _answer(answer)
@@ -149,6 +149,8 @@ def _said(saying: Saying, readings: Readings) -> str:
         case AssociationWord(reading, fruitlet, there, other):
             partner = "not in" if other is None else f"{_letter(readings, there, other)} of"
             return f"fruitlet {_letter(readings, reading, fruitlet)} is {partner} another picture"
+        case _:
+            return saying.named
 
 
 def _answer(answer: Answer | None) -> str:
