@@ -21,9 +21,11 @@ from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.camera.preview import Preview
 from fieldcam.errors import CameraUnplugged
 from fieldcam.session.calibrating import OwnCalibration
+from fieldcam.session.commands import Command, Shoot
 from fieldcam.session.events import Changed, LiveEvent, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.state import WalkState
+from fieldcam.session.today import AnotherDay
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.rows import EntryId
 from fieldcam.values import (
@@ -196,7 +198,7 @@ class Walked:
     def start(
         self,
         calibration: OwnCalibration | None = None,
-        day_question: Callable[[], str | None] = lambda: None,
+        another_day: Callable[[], AnotherDay | None] = lambda: None,
     ) -> WalkState:
         self.live = LiveWalk(
             self.store,
@@ -205,13 +207,18 @@ class Walked:
             lambda changed: self.analysis,
             self.heard,
             calibration=calibration,
-            day_question=day_question,
+            another_day=another_day,
         )
         return self.heard.next(Changed).state
 
-    def after(self, command: Callable[[], None], kind: type[_Event]) -> tuple[_Event, WalkState]:
+    def after(
+        self, command: Command | Callable[[], None], kind: type[_Event]
+    ) -> tuple[_Event, WalkState]:
         """The first event of this kind that follows a command, and the state after it."""
-        command()
+        if callable(command):
+            command()
+        else:
+            self.live.do(command)
         event = self.heard.next(kind)
         return event, self.heard.next(Changed).state
 
@@ -220,7 +227,7 @@ class Walked:
         if outcome is not None:
             self.analysis.outcomes.append(outcome)
         kind = VerdictReady if isinstance(outcome, ClusterReading) else Saved
-        return self.after(self.live.shoot, kind)[1]
+        return self.after(Shoot(), kind)[1]
 
 
 def read(

@@ -17,6 +17,7 @@ from stored_walks import MadeWalk, small_store
 
 from fieldcam.cli.main import main
 from fieldcam.errors import ExitCode, ReadingDamaged
+from fieldcam.session.commands import Accept, GoTo
 from fieldcam.session.events import Damaged, Done
 from fieldcam.session.state import Stage
 from fieldcam.store.connection import rows
@@ -99,10 +100,10 @@ def test_damage_in_the_middle_of_a_walk_stops_no_screen(tmp_path: Path) -> None:
     with walked(tmp_path) as walk:
         walk.start()
         walk.shoot(read(11))
-        walk.after(walk.live.accept, Done)
+        walk.after(Accept(), Done)
         walk.shoot(read(12))
         damage(tmp_path, "document = '{}'")
-        walk.live.go_to(11)
+        walk.live.do(GoTo(11))
         state = walk.heard.until(
             lambda state: (
                 state.tag_id == 11

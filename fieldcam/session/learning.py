@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fieldcam.session.doubt import NotNow
+from fieldcam.session.doubt import Instead, NotNow
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.blocks import trees
 from fieldcam.store.history import capture_record
@@ -13,7 +13,6 @@ from fieldcam.store.store import Store
 from fieldcam.values import ClusterReading
 
 FIRST_TREE = "1"
-NO_TREES = "Nothing says which tree these tags hang in: Set-up (E, Route) takes it from a CSV file."
 
 
 def learned(view: WalkView, capture: EntryId, reading: ClusterReading) -> tuple[Cluster, ...]:
@@ -37,7 +36,7 @@ def tree_after(view: WalkView) -> EntryId:
     """The block's next tree; past its last one a new one is made."""
     route, (_, here) = view.route(), view.place()
     if route.stops and all(stop.tree is None for stop in route.stops):
-        raise NotNow(NO_TREES)
+        raise NotNow("Nothing says which tree these tags hang in.", Instead.GIVE_TREES)
     known = trees(view.store.database, route.block)
     if here is None:
         return _first_tree(view.store, route.block)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -81,6 +81,18 @@ class Readings:
         future.add_done_callback(
             lambda done: self.post(partial(self._keep, saved, expectation, started, done))
         )
+
+    def read_as(self, tag_id: int) -> None:
+        """Have the last picture of a cluster read, with what is expected there."""
+        shown = self.view.shown(tag_id, self.view.route())
+        if shown is None:
+            return
+        expected, summary = self.view.expectation(tag_id), shown.record.reading
+        if summary is not None and summary.tag_read is not None:
+            # The tag that the picture shows is the right one.
+            expected = replace(expected, tag_id=summary.tag_read)
+        saved = SavedCapture(shown.id, shown.left, shown.right, self.view.store.database_path)
+        self.submit(saved, expected, urgent=True)
 
     def take_up(self, again: bool) -> None:
         """Have read what an earlier run of the app, or of the analysis, left unread."""

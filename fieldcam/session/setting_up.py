@@ -14,10 +14,10 @@ from datetime import date
 
 from fieldcam.errors import StorageFull
 from fieldcam.exchange.route_table import PlannedRoute
+from fieldcam.session.deciding.undoing import undo_last_set_up
 from fieldcam.session.doubt import NotNow
 from fieldcam.session.planning import keep_route
-from fieldcam.session.today import clock_doubt, day_of, day_question, season_doubt, told
-from fieldcam.session.undoing import undo_last_set_up
+from fieldcam.session.today import AnotherDay, clock_doubt, day_of, season_doubt, told
 from fieldcam.store.blocks import (
     BlockSummary,
     DayCorrection,
@@ -219,14 +219,14 @@ class SetUp:
         self._store.append(Event(EventKind.VISIT_OPENED, self.visit))
         self._opened_on = self.today()
 
-    def day_question(self) -> str | None:
-        """What to ask before a picture once the calendar has gone on; any thread may call it."""
+    def another_day(self) -> AnotherDay | None:
+        """To be asked about before a picture; any thread may call it."""
         day, visit = self.today(), self.visit
         if visit is None or day == self._opened_on:
             return None
         row = row_of(self._store.database, "visit_now", visit)
         of_visit = date.fromisoformat(row["day"])
-        return None if of_visit == day else day_question(of_visit, day)
+        return None if of_visit == day else AnotherDay(of_visit, day)
 
     def keep_day(self) -> str:
         """The visit goes on, whatever the clock says now."""

@@ -51,6 +51,12 @@ class Shot:
         """Where the operator stood when it was asked for."""
         return self.expectation.tag_id, self.tree
 
+    @property
+    def named(self) -> str:
+        """As the operator knows it."""
+        tag_id = self.expectation.tag_id
+        return "a new tag" if tag_id is None else f"tag {tag_id}"
+
 
 class Shutter:
     """Owns the camera, which it opens again after it was lost; takes one picture at a time."""

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 
 from fieldcam import RELEASED
 from fieldcam.exchange.capture_folder import recording_day
 from fieldcam.growth.date_warnings import LONGEST_SEASON
 from fieldcam.store.clock import Moment
+
+
+@dataclass(frozen=True, slots=True)
+class AnotherDay:
+    """The calendar has gone on while a visit was walked."""
+
+    of_visit: date
+    now: date
 
 
 def day_of(moment: Moment) -> date:
@@ -42,12 +51,4 @@ def season_doubt(block: str, day: date, walked: Iterable[date]) -> str | None:
     return (
         f"Block {block} was last walked on {told(last)}, and a block is one season. Is today's"
         f" walk, of {told(day)}, still of {block}?"
-    )
-
-
-def day_question(of_visit: date, day: date) -> str:
-    """Asked where the calendar has gone on while a visit was walked."""
-    return (
-        f"This walk is of {told(of_visit)}, and the clock says {told(day)} now. Begin a visit of"
-        f" {told(day)}? N goes on with that of {told(of_visit)}."
     )

@@ -11,6 +11,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import OptionList, Static
 from textual.widgets.option_list import Option
 
+from fieldcam.session.commands import GoTo
 from fieldcam.session.days import BlockDay, block_days
 from fieldcam.session.state import WalkState
 from fieldcam.store.durations import LONGEST_S
@@ -68,7 +69,7 @@ class BlockScreen(Page):
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         if event.option_id is not None:
-            self.walk.go_to(int(event.option_id))
+            self.walk.do(GoTo(int(event.option_id)))
             self.app.pop_screen()
 
     def _list_missing(self, missing: Sequence[Stop]) -> None:

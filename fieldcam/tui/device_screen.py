@@ -17,7 +17,7 @@ from textual.widgets import Static
 from fieldcam.calibration.stored_drift import TagSizes, tag_sizes
 from fieldcam.models import Models
 from fieldcam.session.battery import batteries
-from fieldcam.session.commands import Walk
+from fieldcam.session.commands import RestartAnalysis, Walk
 from fieldcam.session.state import WalkState
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
@@ -81,7 +81,7 @@ class DeviceScreen(Page):
         self.look_up(state.folder, read, lambda found: self._found(state, found))
 
     def action_restart(self) -> None:
-        self.walk.restart_analysis()
+        self.walk.do(RestartAnalysis())
 
     def _found(self, state: WalkState, found: Equipment) -> None:
         self._write(state, found)

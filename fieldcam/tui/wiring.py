@@ -64,7 +64,7 @@ class Rig:
             listener,
             self.deadline_s,
             self.calibration,
-            *(() if setup is None else (setup.day_question,)),
+            *(() if setup is None else (setup.another_day,)),
         )
 
 

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fieldcam.session.deciding.here import stand_at
 from fieldcam.session.doubt import NotNow
+from fieldcam.session.viewing import WalkView
 from fieldcam.store.blocks import last_set_up
 from fieldcam.store.connection import rows
 from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
@@ -27,31 +29,34 @@ _SAME_MOMENT = (
 """The standing rows of one command share the moment at which they were written."""
 
 
-def undo_last(store: Store, visit: EntryId) -> tuple[str, int | None]:
-    """Undo; gives what was undone and the tag that it was about."""
-    last = last_undoable(store.database, store.identity.device, visit)
+def undo_last(view: WalkView) -> str:
+    """Undo, and stand where the operator can see what changed."""
+    store = view.store
+    last = last_undoable(store.database, store.identity.device, view.visit)
     if last is None:
         raise NotNow("There is nothing to undo.")
-    kinds, tag_id = _undo(store, last.id), _tag(store, last)
-    return f"Undone: {kinds}{'' if tag_id is None else f' on tag {tag_id}'}.", tag_id
+    named, tag_id = _undo(store, last.id), _tag(store, last)
+    if tag_id is None:
+        return f"Undone: {named}."
+    stand_at(view, tag_id)
+    return f"Undone: {named} on tag {tag_id}."
 
 
-def undo_match(store: Store, visit: EntryId, tag_id: int) -> str:
+def undo_match(view: WalkView, tag_id: int) -> str:
     """Undo the last match that was said of this cluster on this visit."""
-    return _undo_of_cluster(store, visit, tag_id, (AssociationWord,), "match")
+    return _undo_of_cluster(view, tag_id, (AssociationWord,), "match")
 
 
-def undo_fruit(store: Store, visit: EntryId, tag_id: int) -> str:
+def undo_fruit(view: WalkView, tag_id: int) -> str:
     """Undo the last name, size or king that this cluster's fruitlets got on this visit."""
     kinds = (CaliperSize, CaliperIdentity, FruitletMark)
-    return _undo_of_cluster(store, visit, tag_id, kinds, "size, name or king")
+    return _undo_of_cluster(view, tag_id, kinds, "size, name or king")
 
 
-def _undo_of_cluster(
-    store: Store, visit: EntryId, tag_id: int, kinds: Sequence[type[Row]], what: str
-) -> str:
+def _undo_of_cluster(view: WalkView, tag_id: int, kinds: Sequence[type[Row]], what: str) -> str:
     """`what` says which words these are, where none is left."""
-    words = undoable_words(store.database, store.identity.device, visit, kinds)
+    store = view.store
+    words = undoable_words(store.database, store.identity.device, view.visit, kinds)
     fruit = (word for word in words if word.kind is not FruitletMark or _on_cluster(store, word))
     last = next((word for word in fruit if _tag(store, word) == tag_id), None)
     if last is None:
