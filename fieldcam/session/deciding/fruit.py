@@ -60,6 +60,7 @@ def name_fruit(view: WalkView, said: NameFruit, insist: bool) -> str:
 
 
 def match_fruit(view: WalkView, word: Word) -> str:
+    """Both pictures must still have the readings that the word is about."""
     row = word_row(word)
     if row.one_reading == row.other_reading:
         raise NotNow("A match is one of two pictures.")
@@ -70,6 +71,7 @@ def match_fruit(view: WalkView, word: Word) -> str:
 
 
 def crown_king(view: WalkView, capture: EntryId, fruitlet: int) -> str:
+    """One of the target's living fruitlets."""
     _, reading = read_picture(view, capture)
     if not any(f.id == fruitlet and f.in_target and f.living for f in reading.fruitlets):
         raise NotNow("Choose a fruitlet of the list first.")
@@ -78,6 +80,7 @@ def crown_king(view: WalkView, capture: EntryId, fruitlet: int) -> str:
 
 
 def add_by_hand(view: WalkView, capture: EntryId, diameter_mm: float) -> str:
+    """It counts as one that the picture shows."""
     _, reading = read_picture(view, capture)
     _check_size(diameter_mm)
     view.store.append(

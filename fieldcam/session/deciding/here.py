@@ -58,6 +58,7 @@ def learning(view: WalkView) -> bool:
 
 
 def nothing_due(view: WalkView) -> str:
+    """Why no cluster is due here."""
     return left_over(view.route()) or "All clusters are done."
 
 

@@ -38,6 +38,7 @@ def answer_question(view: WalkView, answer: Answer) -> str:
 
 
 def tell_missing(view: WalkView, told: TellMissing) -> str:
+    """Counts as one of the fruitlets that are missing, with a mark of its own."""
     record, visit, tag_id = _open_question(view, told.capture)
     place, mark = told.place, MARKS[told.answer]
     words = missing_words(view.store.database, visit, tag_id)

@@ -13,6 +13,7 @@ from fieldcam.store.walks import OPEN_STATES, ClusterState
 
 
 def skip(view: WalkView) -> str:
+    """And on to the next cluster that needs a picture."""
     tag_id = standing(view)
     view.store.append(Skip(view.visit, tag_id))
     move_on(view, tag_id)
@@ -20,6 +21,7 @@ def skip(view: WalkView) -> str:
 
 
 def go_to(view: WalkView, tag_id: int) -> str:
+    """Whatever its state; refused where the route does not have it."""
     stop = view.route().stop(tag_id)
     if stop is None:
         raise NotNow(f"Tag {tag_id} is not on this route.")
@@ -29,6 +31,7 @@ def go_to(view: WalkView, tag_id: int) -> str:
 
 
 def step(view: WalkView, by: int) -> str:
+    """From the last one to the first, and back."""
     tags = [stop.tag_id for stop in view.route().stops]
     if not tags:
         raise NotNow("This block has no clusters yet.")
@@ -39,6 +42,7 @@ def step(view: WalkView, by: int) -> str:
 
 
 def next_tree(view: WalkView) -> str:
+    """Past the last one a new tree is made, once the one that is walked has a cluster."""
     tree = tree_after(view)
     route = view.route()
     stops = [stop for stop in route.stops if stop.tree == tree]

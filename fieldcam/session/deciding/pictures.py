@@ -28,6 +28,7 @@ from fieldcam.values import HIGHEST_TAG_ID, Status
 
 
 def accept(view: WalkView, insist: bool) -> str:
+    """Refused while its tag, or a question about missing fruitlets, is open."""
     tag_id, shown = standing(view), shown_here(view)
     if shown.record.action is Action.ACCEPT:
         raise NotNow("This picture is accepted already.")
@@ -44,12 +45,14 @@ def accept(view: WalkView, insist: bool) -> str:
 
 
 def retake(view: WalkView) -> str:
+    """Whatever was decided before."""
     view.store.append(Decision(shown_here(view).id, Action.RETAKE))
     tag_id = view.standing()
     return "Take it again." if tag_id is None else f"Tag {tag_id}: take it again."
 
 
 def correct_tag(view: WalkView, tag_id: int, insist: bool) -> str:
+    """A tag that the route does not have joins it; doubtful where the route was planned."""
     shown, route = shown_here(view), view.route()
     if tag_id > HIGHEST_TAG_ID:
         raise NotNow(f"There is no tag {tag_id}: they end at {HIGHEST_TAG_ID}.")
@@ -66,6 +69,7 @@ def correct_tag(view: WalkView, tag_id: int, insist: bool) -> str:
 
 
 def other_target(view: WalkView) -> str:
+    """They take turns in the order of their numbers."""
     shown = shown_here(view)
     if shown.reading is None or shown.record.reading is None:
         raise NotNow("There is no reading to choose a cluster in.")
@@ -80,6 +84,7 @@ def other_target(view: WalkView) -> str:
 
 
 def strike(view: WalkView, fruitlet: int) -> str:
+    """One of the target's, of the last reading."""
     shown = shown_here(view)
     seen = next((s for s in shown.target if s.id == fruitlet), None)
     if shown.record.reading is None or seen is None:
@@ -93,6 +98,7 @@ def strike(view: WalkView, fruitlet: int) -> str:
 
 
 def write_note(view: WalkView, text: str) -> str:
+    """About the picture that is shown, else about the visit."""
     if not text.strip():
         raise NotNow("The note is empty.")
     shown = view.shown(view.standing(), view.route())
