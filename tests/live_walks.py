@@ -24,10 +24,10 @@ from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.commands import Command, Shoot
 from fieldcam.session.events import Changed, LiveEvent, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
+from fieldcam.session.set_up.today import AnotherDay
 from fieldcam.session.state import WalkState
-from fieldcam.session.today import AnotherDay
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 from fieldcam.values import (
     Calibration,
     ClusterReading,

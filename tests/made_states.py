@@ -12,10 +12,10 @@ from live_walks import read
 
 from fieldcam.session.commands import Command, Refresh, StartPreview, StopPreview
 from fieldcam.session.state import Shown, WalkState
-from fieldcam.store.history import CaptureRecord, FruitletSeen, ReadingSummary
-from fieldcam.store.judgement_rows import Action
+from fieldcam.store.queries.history import CaptureRecord, FruitletSeen, ReadingSummary
+from fieldcam.store.queries.walks import ClusterState, Progress, Stop, WalkRoute
 from fieldcam.store.raw_images import encode_raw
-from fieldcam.store.walks import ClusterState, Progress, Stop, WalkRoute
+from fieldcam.store.rows.judgements import Action
 from fieldcam.values import ClusterReading, PixelFormat, ReasonCode, Status
 
 STATES = {

@@ -12,13 +12,13 @@ from made_states import AIM, ROUTE, shown_with, verdict
 from screens import LARGE, SMALL, Driven, check_golden, drive
 
 from fieldcam.errors import CameraUnplugged, StorageFull
-from fieldcam.session.automatic import Automatic
+from fieldcam.session.aim.automatic import Automatic
+from fieldcam.session.aim.cue import Cue
 from fieldcam.session.commands import Shoot, SkipCluster, Step, UndoLast
-from fieldcam.session.cue import Cue
 from fieldcam.session.events import CameraReady, CameraTrouble, Previewed, Saved, StorageTrouble
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.queries.walks import ClusterState
 from fieldcam.tui.aim_screen import AimScreen
 from fieldcam.tui.aim_telling import BEST, OUTSIDE, WORKING, aim_banner, cue_lines, range_bar
 from fieldcam.tui.banner_view import GAP

@@ -16,7 +16,7 @@ from fieldcam.session.commands import NameFruit
 from fieldcam.session.events import Done
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.fruit_rows import CaliperIdentity, CaliperSize
+from fieldcam.store.rows.fruit import CaliperIdentity, CaliperSize
 from fieldcam.tui.fruit_words import agreement_line
 from fieldcam.tui.looks import Look, Pictures
 from fieldcam.tui.picture_view import PictureView

@@ -24,7 +24,7 @@ from fieldcam.session.deciding.decide import decide
 from fieldcam.session.doubt import NotNow
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.connection import rows
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 
 
 class Cluster:

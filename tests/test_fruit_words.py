@@ -14,9 +14,9 @@ from fieldcam.growth.places import Place, Word
 from fieldcam.session.commands import MatchFruit, NameFruit, SecondView, UndoLast, Writing
 from fieldcam.session.events import Done, Doubted, Refused, VerdictReady
 from fieldcam.session.state import Shown
-from fieldcam.store.calipers import caliper_sizes, names_in
-from fieldcam.store.counted import association_words
-from fieldcam.store.rows import EntryId
+from fieldcam.store.queries.calipers import caliper_sizes, names_in
+from fieldcam.store.queries.counted import association_words
+from fieldcam.store.rows.row import EntryId
 
 
 @pytest.fixture

@@ -21,8 +21,8 @@ from fieldcam.session.live import LiveWalk
 from fieldcam.store.calibrations import next_calibration
 from fieldcam.store.captures import load_raw
 from fieldcam.store.connection import rows
+from fieldcam.store.rows.walk import ObjectRole
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import ObjectRole
 
 CALIBRATION = CAMERA_INFO.format(width=WIDTH, height=HEIGHT, tx=-45.6)
 

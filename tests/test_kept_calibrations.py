@@ -19,7 +19,7 @@ from fieldcam.session.events import CameraReady, Previewed, Saved
 from fieldcam.session.state import CameraState
 from fieldcam.store.calibrations import next_calibration
 from fieldcam.store.connection import rows
-from fieldcam.store.resuming import saved_capture
+from fieldcam.store.queries.resuming import saved_capture
 
 
 def calibrate(walk: Walked, comment: str = "") -> bytes:

@@ -14,7 +14,7 @@ from fieldcam.session.commands import Accept, CorrectTag, GoTo, NextTree, Retake
 from fieldcam.session.doubt import Instead
 from fieldcam.session.events import Done, Doubted, Refused, VerdictReady
 from fieldcam.session.state import WalkState
-from fieldcam.store.orchard_rows import Cluster, Route
+from fieldcam.store.rows.orchard import Cluster, Route
 from fieldcam.values import ClusterReading, ReasonCode, Status
 
 RETAKE = Status.RETAKE

@@ -25,13 +25,13 @@ from fieldcam.session.commands import (
     RestartAnalysis,
     UndoFruit,
 )
-from fieldcam.session.days import cluster_days
 from fieldcam.session.events import Refused
+from fieldcam.session.over_days.days import cluster_days
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.judgement_rows import Action, Decision, FruitletMark, MarkKind, Note, Skip
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import Action, Decision, FruitletMark, MarkKind, Note, Skip
 from fieldcam.store.space import Space
-from fieldcam.store.walks import ClusterState
 from fieldcam.tui.block_screen import duration
 from fieldcam.tui.device_words import (
     Disk,

@@ -29,13 +29,13 @@ from fieldcam.session.commands import (
     Strike,
 )
 from fieldcam.session.events import Changed, DayDoubted, Done, Refused, Saved, VerdictReady
+from fieldcam.session.set_up.today import AnotherDay
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.session.today import AnotherDay
-from fieldcam.store.blocks import tree_of_tags
-from fieldcam.store.history import CaptureRecord, visit_captures
-from fieldcam.store.judgement_rows import Answer
-from fieldcam.store.orchard_rows import Block
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.queries.blocks import tree_of_tags
+from fieldcam.store.queries.history import CaptureRecord, visit_captures
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import Answer
+from fieldcam.store.rows.orchard import Block
 from fieldcam.values import RawPair
 
 BUSY = "A picture is being taken: wait until it is saved."

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.store.connection import connect, rows
-from fieldcam.store.judgement_rows import Action, MarkKind
-from fieldcam.store.kinds import KINDS, SET_UP, WORDS
 from fieldcam.store.migrations import migrate
-from fieldcam.store.rows import Row, columns, from_columns
+from fieldcam.store.rows.judgements import Action, MarkKind
+from fieldcam.store.rows.kinds import KINDS, SET_UP, WORDS
+from fieldcam.store.rows.row import Row, columns, from_columns
+from fieldcam.store.rows.walk import Reading
 from fieldcam.store.views import views
-from fieldcam.store.walk_rows import Reading
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 SIZES = st.tuples(st.fixed_dictionaries({"id": st.integers(0, 9), "diameter_mm": NUMBERS}))

@@ -44,8 +44,8 @@ from fieldcam.session.events import (
 )
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.judgement_rows import Action, Answer, MarkKind
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import Action, Answer, MarkKind
 from fieldcam.tui.buttons import BigButton
 from fieldcam.tui.letters import BLOCK
 from fieldcam.tui.news import news

@@ -15,15 +15,15 @@ from textual.geometry import Offset
 from textual.widgets import Input, OptionList
 
 from fieldcam.errors import BadInput, StorageFull
-from fieldcam.session.automatic import Automatic
+from fieldcam.session.aim.automatic import Automatic
 from fieldcam.session.commands import Shoot, WriteNote
 from fieldcam.session.events import DayDoubted
-from fieldcam.session.setting_up import SetUp
-from fieldcam.session.today import AnotherDay
-from fieldcam.store.blocks import VisitSummary
-from fieldcam.store.blocks import visits as visits_of
+from fieldcam.session.set_up.setting_up import SetUp
+from fieldcam.session.set_up.today import AnotherDay
 from fieldcam.store.connection import rows
-from fieldcam.store.orchard_rows import Block, Setting
+from fieldcam.store.queries.blocks import VisitSummary
+from fieldcam.store.queries.blocks import visits as visits_of
+from fieldcam.store.rows.orchard import Block, Setting
 from fieldcam.store.space import Space
 from fieldcam.store.store import Store
 from fieldcam.tui import answers

@@ -20,7 +20,7 @@ from fieldcam.growth.places import Place, Track, TrackedVisit, Word
 from fieldcam.growth.records import Presence, Sighting
 from fieldcam.session.commands import MatchFruit, NameFruit, UndoMatch
 from fieldcam.session.events import Done
-from fieldcam.session.growing import FollowedCluster, word_row
+from fieldcam.session.over_days.growing import FollowedCluster, word_row
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.space import Space

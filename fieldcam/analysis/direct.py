@@ -12,7 +12,7 @@ from fieldcam.exchange.holes import torn_eyes
 from fieldcam.exchange.image_formats import RAW_SUFFIXES
 from fieldcam.exchange.images import decode_image
 from fieldcam.store.captures import SavedCapture, load_raw
-from fieldcam.store.lookups import cards_of
+from fieldcam.store.queries.lookups import cards_of
 from fieldcam.store.raw_images import decode_raw
 from fieldcam.values import Calibration, ClusterReading, Expectation, ImageU8, Settings
 from fieldcam.vision.pipeline import Pipeline

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from fieldcam.growth.places import Place, Word
-from fieldcam.store.judgement_rows import Answer
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import Answer
+from fieldcam.store.rows.row import EntryId
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum, auto
 
 from fieldcam.errors import BadInput
-from fieldcam.session.today import AnotherDay
+from fieldcam.session.set_up.today import AnotherDay
 
 
 class Instead(Enum):

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fieldcam.errors import FieldcamError
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.cue import Cue
 from fieldcam.session.doubt import Instead
+from fieldcam.session.set_up.today import AnotherDay
 from fieldcam.session.state import WalkState
-from fieldcam.session.today import AnotherDay
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import ImageU8, Verdict
 

@@ -19,20 +19,20 @@ from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import FieldcamError, ReadingDamaged
 from fieldcam.session import commands as c
 from fieldcam.session import events
-from fieldcam.session.aiming import Aiming
+from fieldcam.session.aim.aiming import Aiming
+from fieldcam.session.aim.preview_file import PreviewFile, preview_folder
 from fieldcam.session.calibrating import CameraCalibration
 from fieldcam.session.deciding.decide import decide
 from fieldcam.session.deciding.shots import due_shot, second_shot
 from fieldcam.session.doubt import Doubtful, NewDay, NotNow
 from fieldcam.session.old_files import OldFiles
-from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.reading import Analysis, Readings
+from fieldcam.session.set_up.today import AnotherDay
 from fieldcam.session.shutter import Shot, Shutter
 from fieldcam.session.state import CameraState
-from fieldcam.session.today import AnotherDay
 from fieldcam.session.viewing import WalkView
 from fieldcam.session.walk import DEADLINE_S
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 from fieldcam.store.seals import WHY
 from fieldcam.store.store import Store
 

@@ -19,7 +19,7 @@ from uuid import uuid4
 from sqlite_utils import Database
 
 from fieldcam.errors import StorageBusy, StorageDamaged, StorageError, StorageFull
-from fieldcam.store.rows import from_columns
+from fieldcam.store.rows.row import from_columns
 from fieldcam.words import spelled_out
 
 _Made = TypeVar("_Made")

@@ -13,11 +13,11 @@ from pathlib import Path
 from sqlite_utils import Database
 
 from fieldcam.store.connection import storage_errors, writing
-from fieldcam.store.judgement_rows import Decision, TagCorrection
-from fieldcam.store.kinds import KINDS
-from fieldcam.store.orchard_rows import BlockFacts
-from fieldcam.store.rows import Row
-from fieldcam.store.walk_rows import Reading
+from fieldcam.store.rows.judgements import Decision, TagCorrection
+from fieldcam.store.rows.kinds import KINDS
+from fieldcam.store.rows.orchard import BlockFacts
+from fieldcam.store.rows.row import Row
+from fieldcam.store.rows.walk import Reading
 
 _LAST = "ORDER BY word.turn DESC, word.at_utc DESC, word.id DESC LIMIT 1"
 """The largest turn, and where two devices did not know of each other the later clock.

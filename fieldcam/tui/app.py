@@ -20,11 +20,11 @@ from textual.scrollbar import ScrollBar, ScrollBarRender
 from fieldcam.errors import StorageError
 from fieldcam.models import Models
 from fieldcam.session import events
-from fieldcam.session.automatic import Automatic, accepted_since
+from fieldcam.session.aim.automatic import Automatic, accepted_since
 from fieldcam.session.commands import Refresh, RestartAnalysis, Walk
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.session.state import Stage, WalkState
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 from fieldcam.tui import themes
 from fieldcam.tui.aim_screen import AimScreen
 from fieldcam.tui.asking import AskYes, Notice

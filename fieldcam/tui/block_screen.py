@@ -12,10 +12,10 @@ from textual.widgets import OptionList, Static
 from textual.widgets.option_list import Option
 
 from fieldcam.session.commands import GoTo
-from fieldcam.session.days import BlockDay, block_days
+from fieldcam.session.over_days.days import BlockDay, block_days
 from fieldcam.session.state import WalkState
-from fieldcam.store.durations import LONGEST_S
-from fieldcam.store.walks import ClusterState, Stop
+from fieldcam.store.queries.durations import LONGEST_S
+from fieldcam.store.queries.walks import ClusterState, Stop
 from fieldcam.tui.histogram import histogram
 from fieldcam.tui.page import Page
 from fieldcam.tui.route_screen import WORDS

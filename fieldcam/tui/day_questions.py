@@ -8,8 +8,8 @@ from datetime import date
 from textual.app import App
 
 from fieldcam.errors import StorageError
-from fieldcam.session.setting_up import SetUp
-from fieldcam.session.today import AnotherDay, told
+from fieldcam.session.set_up.setting_up import SetUp
+from fieldcam.session.set_up.today import AnotherDay, told
 from fieldcam.tui import answers
 from fieldcam.tui.asking import AskYes
 from fieldcam.tui.forms import AskForm, Field

@@ -12,7 +12,7 @@ from textual.widgets import Static
 from fieldcam.growth.places import Place
 from fieldcam.session.commands import MatchFruit, TellMissing, UndoLast, UndoMatch, Walk
 from fieldcam.session.state import WalkState
-from fieldcam.store.judgement_rows import Answer
+from fieldcam.store.rows.judgements import Answer
 from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage
 from fieldcam.tui.days_view import Past
 from fieldcam.tui.followed import Followed, followed

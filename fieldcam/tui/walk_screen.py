@@ -22,9 +22,9 @@ from fieldcam.session.commands import (
     Walk,
     WriteNote,
 )
-from fieldcam.session.days import cluster_days
+from fieldcam.session.over_days.days import cluster_days
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.store.judgement_rows import Answer
+from fieldcam.store.rows.judgements import Answer
 from fieldcam.tui.asking import AskText
 from fieldcam.tui.at_cluster import AtCluster
 from fieldcam.tui.banner_view import BannerView

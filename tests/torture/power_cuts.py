@@ -29,7 +29,7 @@ from fieldcam.session.commands import Shoot, SkipCluster
 from fieldcam.session.events import Done, LiveEvent, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.connection import connect
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store
 from torture.disks import Disk, some
 from torture.inspection import Announced, Losses, announcement, inspect

@@ -10,14 +10,14 @@ from fieldcam.growth.records import fruit_name
 from fieldcam.session.commands import NameFruit
 from fieldcam.session.deciding.here import read_picture
 from fieldcam.session.doubt import Doubtful, NotNow
-from fieldcam.session.growing import word_row
+from fieldcam.session.over_days.growing import word_row
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.calipers import caliper_sizes, named_fruitlets, names_in
 from fieldcam.store.connection import rows
-from fieldcam.store.fruit_rows import CaliperIdentity, CaliperSize
-from fieldcam.store.history import FruitletSeen, ReadingSummary
-from fieldcam.store.judgement_rows import FruitletMark, MarkKind
-from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.queries.calipers import caliper_sizes, named_fruitlets, names_in
+from fieldcam.store.queries.history import FruitletSeen, ReadingSummary
+from fieldcam.store.rows.fruit import CaliperIdentity, CaliperSize
+from fieldcam.store.rows.judgements import FruitletMark, MarkKind
+from fieldcam.store.rows.row import EntryId, Row
 
 MOST_MM = 100.0
 """No apple in its first weeks is larger."""

@@ -6,9 +6,9 @@ from fieldcam.session.doubt import Instead, NotNow
 from fieldcam.session.left_over import left_over
 from fieldcam.session.state import Shown, missing
 from fieldcam.session.viewing import WalkView, is_learning
-from fieldcam.store.history import CaptureRecord, ReadingSummary, capture_record
-from fieldcam.store.rows import EntryId
-from fieldcam.store.walk_rows import Event, EventKind
+from fieldcam.store.queries.history import CaptureRecord, ReadingSummary, capture_record
+from fieldcam.store.rows.row import EntryId
+from fieldcam.store.rows.walk import Event, EventKind
 
 
 def standing(view: WalkView) -> int:

@@ -14,11 +14,11 @@ from fieldcam.session.deciding.here import (
 from fieldcam.session.doubt import Instead, NotNow
 from fieldcam.session.state import Shown, missing
 from fieldcam.session.viewing import WalkView, expected_at
-from fieldcam.store.counted import missing_words
-from fieldcam.store.fruit_rows import MissingWord
-from fieldcam.store.history import CaptureRecord, capture_record
-from fieldcam.store.judgement_rows import Action, Answer, Decision, FruitletMark, MarkKind
-from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.queries.counted import missing_words
+from fieldcam.store.queries.history import CaptureRecord, capture_record
+from fieldcam.store.rows.fruit import MissingWord
+from fieldcam.store.rows.judgements import Action, Answer, Decision, FruitletMark, MarkKind
+from fieldcam.store.rows.row import EntryId, Row
 from fieldcam.values import Status
 from fieldcam.words import number_of
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from fieldcam.session.deciding.here import move_on, stand_at, standing
+from fieldcam.session.deciding.learning import tree_after
 from fieldcam.session.doubt import NotNow
-from fieldcam.session.learning import tree_after
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.blocks import trees
-from fieldcam.store.judgement_rows import Skip
-from fieldcam.store.walk_rows import Event, EventKind
-from fieldcam.store.walks import OPEN_STATES, ClusterState
+from fieldcam.store.queries.blocks import trees
+from fieldcam.store.queries.walks import OPEN_STATES, ClusterState
+from fieldcam.store.rows.judgements import Skip
+from fieldcam.store.rows.walk import Event, EventKind
 
 
 def skip(view: WalkView) -> str:

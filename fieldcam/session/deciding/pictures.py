@@ -10,11 +10,12 @@ from fieldcam.session.deciding.here import (
     stand_at,
     standing,
 )
+from fieldcam.session.deciding.learning import new_cluster
 from fieldcam.session.doubt import Doubtful, Instead, NotNow
-from fieldcam.session.learning import new_cluster
 from fieldcam.session.state import Stage
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.judgement_rows import (
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import (
     Action,
     Decision,
     FruitletMark,
@@ -23,7 +24,6 @@ from fieldcam.store.judgement_rows import (
     TagCorrection,
     TargetCorrection,
 )
-from fieldcam.store.walks import ClusterState
 from fieldcam.values import HIGHEST_TAG_ID, Status
 
 

@@ -7,8 +7,8 @@ from fieldcam.session.doubt import Doubtful
 from fieldcam.session.shutter import Shot
 from fieldcam.session.state import Shown, Stage
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.rows import EntryId
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.row import EntryId
 from fieldcam.values import Expectation
 
 

@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from fieldcam.session.deciding.here import stand_at
 from fieldcam.session.doubt import NotNow
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.blocks import last_set_up
 from fieldcam.store.connection import rows
-from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
-from fieldcam.store.judgement_rows import FruitletMark, MarkKind, Undo
-from fieldcam.store.kinds import KIND_OF, WORDS
-from fieldcam.store.lookups import row_of
-from fieldcam.store.resuming import Undoable, last_undoable, undoable_words
-from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.queries.blocks import last_set_up
+from fieldcam.store.queries.lookups import row_of
+from fieldcam.store.queries.resuming import Undoable, last_undoable, undoable_words
+from fieldcam.store.rows.fruit import AssociationWord, CaliperIdentity, CaliperSize
+from fieldcam.store.rows.judgements import FruitletMark, MarkKind, Undo
+from fieldcam.store.rows.kinds import KIND_OF, WORDS
+from fieldcam.store.rows.row import EntryId, Row
 from fieldcam.store.store import Store
 
 _SAME_MOMENT = (
