@@ -174,9 +174,15 @@ def user_version(version: int) -> Callable[[Path], object]:
     return change
 
 
+def older_views(folder: Path) -> None:
+    with closing(sqlite3.connect(folder / DATABASE_NAME)) as database:
+        database.execute("DROP VIEW note_now")
+
+
 UNREADABLE: dict[str, tuple[Callable[[Path], object], str]] = {
     "newer": (user_version(99), "newer fieldcam"),
     "older": (user_version(1), "older fieldcam"),
+    "older views": (older_views, "older fieldcam"),
     "damaged": (lambda folder: (folder / DATABASE_NAME).write_bytes(b"x" * 5000), "damaged"),
     "missing": (lambda folder: (folder / DATABASE_NAME).unlink(), "no database"),
 }

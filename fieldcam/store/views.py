@@ -8,11 +8,10 @@ of `sql/` only makes tables. For each kind that can be undone or said anew there
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 from sqlite_utils import Database
 
-from fieldcam.store.connection import storage_errors, writing
+from fieldcam.store.connection import rows, writing
 from fieldcam.store.rows.judgements import Decision, TagCorrection
 from fieldcam.store.rows.kinds import KINDS
 from fieldcam.store.rows.orchard import BlockFacts
@@ -160,17 +159,18 @@ def views() -> dict[str, str]:
     return {name: f"CREATE VIEW {name} AS {select.strip()}" for name, select in selects.items()}
 
 
-def renew_views(database: Database, path: Path) -> None:
+def renew_views(database: Database) -> None:
     """Make those that the file does not have as they are here; in most files none."""
-    with storage_errors(path):
-        if _stale(database):
-            with writing(database):
-                # Another process may have done it while this one waited for the lock.
-                for name in _stale(database):
-                    database.execute(f"DROP VIEW IF EXISTS {name}")
-                    database.execute(views()[name])
+    if stale_views(database):
+        with writing(database):
+            # Another process may have done it while this one waited for the lock.
+            for name in stale_views(database):
+                database.execute(f"DROP VIEW IF EXISTS {name}")
+                database.execute(views()[name])
 
 
-def _stale(database: Database) -> list[str]:
-    known = dict(database.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'view'"))
+def stale_views(database: Database) -> list[str]:
+    """Names of those that are missing, or those of another version."""
+    found = rows(database, "SELECT name, sql FROM sqlite_schema WHERE type = 'view'")
+    known = {row["name"]: row["sql"] for row in found}
     return [name for name, sql in views().items() if known.get(name) != sql]
