@@ -10,9 +10,9 @@ from made_clusters import made_view, ring
 from made_readings import encoded
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
-from fieldcam.store.fruit_rows import CaliperIdentity
-from fieldcam.store.judgement_rows import Action, Decision
 from fieldcam.store.readings import reading_row
+from fieldcam.store.rows.fruit import CaliperIdentity
+from fieldcam.store.rows.judgements import Action, Decision
 from fieldcam.values import TagPose
 
 START = {11: (9.0, 8.0, 7.5, 8.5), 12: (7.0, 7.5, 8.2, 9.1)}

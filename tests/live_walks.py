@@ -22,11 +22,13 @@ from fieldcam.camera.preview import Preview
 from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import CameraUnplugged
 from fieldcam.session.calibrating import OwnCalibration
+from fieldcam.session.commands import Command, Shoot
 from fieldcam.session.events import Changed, LiveEvent, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
+from fieldcam.session.set_up.today import AnotherDay
 from fieldcam.session.state import WalkState
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 from fieldcam.values import (
     Calibration,
     ClusterReading,
@@ -197,7 +199,7 @@ class Walked:
     def start(
         self,
         calibration: OwnCalibration | None = None,
-        day_question: Callable[[], str | None] = lambda: None,
+        another_day: Callable[[], AnotherDay | None] = lambda: None,
     ) -> WalkState:
         self.live = LiveWalk(
             self.store,
@@ -206,13 +208,18 @@ class Walked:
             lambda changed: self.analysis,
             self.heard,
             calibration=calibration,
-            day_question=day_question,
+            another_day=another_day,
         )
         return self.heard.next(Changed).state
 
-    def after(self, command: Callable[[], None], kind: type[_Event]) -> tuple[_Event, WalkState]:
+    def after(
+        self, command: Command | Callable[[], None], kind: type[_Event]
+    ) -> tuple[_Event, WalkState]:
         """The first event of this kind that follows a command, and the state after it."""
-        command()
+        if callable(command):
+            command()
+        else:
+            self.live.do(command)
         event = self.heard.next(kind)
         return event, self.heard.next(Changed).state
 
@@ -221,7 +228,7 @@ class Walked:
         if outcome is not None:
             self.analysis.outcomes.append(outcome)
         kind = VerdictReady if isinstance(outcome, ClusterReading) else Saved
-        return self.after(self.live.shoot, kind)[1]
+        return self.after(Shoot(), kind)[1]
 
 
 def read(

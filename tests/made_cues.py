@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from made_readings import TAG
 
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.cue import Cue
 from fieldcam.values import TagPose
 
 

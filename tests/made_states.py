@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import UTC, date, datetime
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from live_walks import read
 
 from fieldcam.disk.raw_images import encode_raw
-from fieldcam.growth.places import Place, Word
+from fieldcam.session.commands import Command, Refresh, StartPreview, StopPreview
 from fieldcam.session.state import Shown, WalkState
-from fieldcam.store.history import CaptureRecord, FruitletSeen, ReadingSummary
-from fieldcam.store.judgement_rows import Action, Answer
-from fieldcam.store.rows import EntryId
-from fieldcam.store.walks import ClusterState, Progress, Stop, WalkRoute
+from fieldcam.store.queries.history import CaptureRecord, FruitletSeen, ReadingSummary
+from fieldcam.store.queries.walks import ClusterState, Progress, Stop, WalkRoute
+from fieldcam.store.rows.judgements import Action
 from fieldcam.values import ClusterReading, PixelFormat, ReasonCode, Status
 
 STATES = {
@@ -98,92 +98,20 @@ class NotedWalk:
     """Does nothing, and remembers what it was asked for."""
 
     def __init__(self) -> None:
-        self.asked: list[tuple[object, ...]] = []
+        self.asked: list[Command | Literal["close"]] = []
         self.previews = 0
         """How many look through the camera."""
 
-    def start_preview(self) -> None:
-        self.previews += 1
-
-    def stop_preview(self) -> None:
-        self.previews -= 1
-
-    def shoot(self) -> None:
-        self.asked.append(("shoot",))
-
-    def second_view(self) -> None:
-        self.asked.append(("second_view",))
-
-    def accept(self) -> None:
-        self.asked.append(("accept",))
-
-    def retake(self) -> None:
-        self.asked.append(("retake",))
-
-    def fallen(self) -> None:
-        self.asked.append(("fallen",))
-
-    def hidden(self) -> None:
-        self.asked.append(("hidden",))
-
-    def accept_picture(self, capture: EntryId) -> None:
-        self.asked.append(("accept_picture", capture))
-
-    def tell_missing(self, capture: EntryId, place: Place | None, answer: Answer) -> None:
-        self.asked.append(("tell_missing", capture, place, answer))
-
-    def correct_tag(self, tag_id: int) -> None:
-        self.asked.append(("correct_tag", tag_id))
-
-    def other_target(self) -> None:
-        self.asked.append(("other_target",))
-
-    def strike(self, fruitlet: int) -> None:
-        self.asked.append(("strike", fruitlet))
-
-    def king(self, capture: EntryId, fruitlet: int) -> None:
-        self.asked.append(("king", capture, fruitlet))
-
-    def add_by_hand(self, capture: EntryId, diameter_mm: float) -> None:
-        self.asked.append(("add_by_hand", capture, diameter_mm))
-
-    def name_fruit(
-        self, capture: EntryId, fruitlet: int, fruit: str, diameter_mm: float | None
-    ) -> None:
-        self.asked.append(("name_fruit", capture, fruitlet, fruit, diameter_mm))
-
-    def match(self, word: Word) -> None:
-        self.asked.append(("match", word))
-
-    def note(self, text: str) -> None:
-        self.asked.append(("note", text))
-
-    def skip(self) -> None:
-        self.asked.append(("skip",))
-
-    def go_to(self, tag_id: int) -> None:
-        self.asked.append(("go_to", tag_id))
-
-    def step(self, by: int) -> None:
-        self.asked.append(("step", by))
-
-    def next_tree(self) -> None:
-        self.asked.append(("next_tree",))
-
-    def undo(self) -> None:
-        self.asked.append(("undo",))
-
-    def undo_match(self, tag_id: int) -> None:
-        self.asked.append(("undo_match", tag_id))
-
-    def undo_fruit(self, tag_id: int) -> None:
-        self.asked.append(("undo_fruit", tag_id))
-
-    def refresh(self) -> None:
-        """Nothing was written."""
-
-    def restart_analysis(self) -> None:
-        self.asked.append(("restart_analysis",))
+    def do(self, command: Command) -> None:
+        match command:
+            case StartPreview():
+                self.previews += 1
+            case StopPreview():
+                self.previews -= 1
+            case Refresh():
+                """Nothing was written."""
+            case _:
+                self.asked.append(command)
 
     def close(self) -> None:
-        self.asked.append(("close",))
+        self.asked.append("close")

@@ -6,7 +6,7 @@ from datetime import date
 
 from fieldcam.growth.places import Association, Place, Track, TrackedVisit
 from fieldcam.growth.records import Presence, Sighting
-from fieldcam.session.growing import FollowedCluster
+from fieldcam.session.over_days.growing import FollowedCluster
 
 SURE_OF = {2: 0.6}
 """By the fruitlet's id; 1 for all others."""

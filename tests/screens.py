@@ -16,7 +16,7 @@ from textual.widgets import Input
 from textual.worker import WorkerCancelled
 
 from fieldcam.session.events import Changed, Listener, LiveEvent
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.session.state import WalkState
 from fieldcam.tui.app import USUAL_LOOK, FieldcamApp
 from fieldcam.tui.looks import Look

@@ -12,12 +12,13 @@ from made_states import AIM, ROUTE, shown_with, verdict
 from screens import LARGE, SMALL, Driven, check_golden, drive
 
 from fieldcam.errors import CameraUnplugged, StorageFull
-from fieldcam.session.automatic import Automatic
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.automatic import Automatic
+from fieldcam.session.aim.cue import Cue
+from fieldcam.session.commands import Shoot, SkipCluster, Step, UndoLast
 from fieldcam.session.events import CameraReady, CameraTrouble, Previewed, Saved, StorageTrouble
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.queries.walks import ClusterState
 from fieldcam.tui.aim_screen import AimScreen
 from fieldcam.tui.aim_telling import BEST, OUTSIDE, WORKING, aim_banner, cue_lines, range_bar
 from fieldcam.tui.banner_view import GAP
@@ -146,7 +147,7 @@ def test_remotes_take_the_picture_on_both_screens() -> None:
         await driven.press("pagedown", "raise_volume", "a")
         await driven.press("space", "pageup", "pagedown", "lower_volume")
 
-    assert drive(SMALL, script).walk.asked == [("shoot",)] * 6
+    assert drive(SMALL, script).walk.asked == [Shoot()] * 6
 
 
 def test_a_remotes_key_can_be_learned(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -164,7 +165,7 @@ def test_a_remotes_key_can_be_learned(monkeypatch: pytest.MonkeyPatch) -> None:
         assert "FIELDCAM_SHUTTER_KEYS=z keeps it" in driven.text
         await driven.press("z", "f6", "space")
 
-    assert drive(SMALL, script).walk.asked == [("shoot",)] * 4
+    assert drive(SMALL, script).walk.asked == [Shoot()] * 4
 
 
 def test_arrows_and_big_buttons_work_here_too() -> None:
@@ -180,7 +181,7 @@ def test_arrows_and_big_buttons_work_here_too() -> None:
         assert isinstance(driven.app.screen, WalkScreen)
 
     asked = drive(SMALL, script).walk.asked
-    assert asked == [("step", -1), ("step", 1), ("skip",), ("undo",), ("shoot",)]
+    assert asked == [Step(-1), Step(1), SkipCluster(), UndoLast(), Shoot()]
 
 
 def test_it_fires_by_itself_when_that_is_switched_on() -> None:
@@ -193,7 +194,7 @@ def test_it_fires_by_itself_when_that_is_switched_on() -> None:
         await driven.press("g")
         assert "Automatic ON: fires when all is good." in driven.text
         await driven.tell(*[seen(GOOD)] * 5)
-        assert driven.walk.asked == [("shoot",)]
+        assert driven.walk.asked == [Shoot()]
         assert "Automatic ON, but this one was taken: Space." in driven.text
         await driven.press("g")
         assert "Automatic off" in driven.text

@@ -17,11 +17,12 @@ from fieldcam.camera.preview import Preview
 from fieldcam.disk.raw_images import decode_raw
 from fieldcam.errors import AnalysisOff, CameraUnplugged, CaptureTimeout, FieldcamError
 from fieldcam.session import shutter
-from fieldcam.session.aiming import Aiming
+from fieldcam.session.aim.aiming import Aiming
+from fieldcam.session.aim.preview_file import CUE_NAME, IMAGE_NAME, PreviewFile, preview_folder
+from fieldcam.session.commands import Shoot, StartPreview, StopPreview
 from fieldcam.session.events import CameraReady, CameraTrouble, LiveEvent, Previewed, Saved
-from fieldcam.session.preview_file import CUE_NAME, IMAGE_NAME, PreviewFile, preview_folder
 from fieldcam.session.state import CameraState
-from fieldcam.store.history import visit_captures
+from fieldcam.store.queries.history import visit_captures
 
 PREVIEW = Preview(np.full((6, 8), 9, np.uint8), 3, flash_ready=True)
 
@@ -40,12 +41,12 @@ def walk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Walked]:
 def test_the_camera_is_looked_through_only_while_somebody_aims(walk: Walked) -> None:
     walk.start()
     assert walk.camera.looks == 0
-    walk.live.start_preview()
+    walk.live.do(StartPreview())
     first, second = (walk.heard.next(Previewed) for _ in range(2))
     assert (first.cue.due, first.cue.read, first.cue.still) == (11, (11,), None)
     assert second.cue.ready
     assert second.picture.shape == (6, 8)
-    walk.live.stop_preview()
+    walk.live.do(StopPreview())
     walk.shoot()
     looks = walk.camera.looks
     walk.shoot()
@@ -56,7 +57,7 @@ def test_of_two_tags_in_view_the_due_one_counts(walk: Walked) -> None:
     """The neighbour's tag is nearer, and comes and goes."""
     walk.analysis.sights = [(tag(12, 300.0), tag(11)), (tag(12, 300.0),), (tag(11), tag(12))]
     walk.start()
-    walk.live.start_preview()
+    walk.live.do(StartPreview())
     first, second, third = (walk.heard.next(Previewed).cue for _ in range(3))
     assert (first.due, first.read, first.range_mm) == (11, (11, 12), 440.0)
     assert not second.in_view and second.range_mm is None
@@ -70,14 +71,14 @@ def test_of_two_tags_in_view_the_due_one_counts(walk: Walked) -> None:
 def test_a_tag_that_hangs_twice_in_view_is_never_ready(walk: Walked) -> None:
     walk.analysis.sights = [(tag(11), tag(11, 460.0))]
     walk.start()
-    walk.live.start_preview()
+    walk.live.do(StartPreview())
     cues = [walk.heard.next(Previewed).cue for _ in range(3)]
     assert not any(cue.in_view or cue.ready for cue in cues)
 
 
 def test_previews_go_on_after_a_picture(walk: Walked) -> None:
     walk.start()
-    walk.live.start_preview()
+    walk.live.do(StartPreview())
     walk.shoot(read(11))
     assert walk.heard.next(Previewed).cue.read == (11,)
 
@@ -85,7 +86,7 @@ def test_previews_go_on_after_a_picture(walk: Walked) -> None:
 def test_a_camera_that_sees_nothing_yet_is_asked_again(walk: Walked) -> None:
     walk.camera.sight = None
     walk.start()
-    walk.live.start_preview()
+    walk.live.do(StartPreview())
     while walk.camera.looks < 3:
         pass
     walk.camera.sight = PREVIEW
@@ -94,7 +95,7 @@ def test_a_camera_that_sees_nothing_yet_is_asked_again(walk: Walked) -> None:
 
 def test_a_camera_that_is_plugged_in_again_is_found(walk: Walked) -> None:
     walk.start()
-    walk.live.start_preview()
+    walk.live.do(StartPreview())
     walk.heard.next(Previewed)
     walk.camera.plugged = False
     trouble = walk.heard.next(CameraTrouble)
@@ -125,7 +126,7 @@ def test_the_same_trouble_is_said_once(walk: Walked, monkeypatch: pytest.MonkeyP
         raise CaptureTimeout("The camera gave no preview.")
 
     monkeypatch.setattr(walk.camera, "preview", fail)
-    walk.live.start_preview()
+    walk.live.do(StartPreview())
     while walk.camera.looks < 4:
         pass
     walk.shoot()
@@ -150,7 +151,7 @@ def test_trouble_in_the_middle_of_a_picture_loses_nothing(
 
     with monkeypatch.context() as patch:
         patch.setattr(walk.camera, "capture", fail)
-        walk.live.shoot()
+        walk.live.do(Shoot())
         assert walk.heard.next(CameraTrouble).error is TROUBLES[name]
     assert walk.heard.next(CameraReady).missed
     state = walk.heard.until(lambda state: state.camera is CameraState.READY)
@@ -169,7 +170,7 @@ def test_the_preview_lies_beside_its_cue_while_somebody_aims(walk: Walked, tmp_p
     folder = preview_folder(walk.store.folder.path)
     assert folder.is_relative_to(tmp_path / "run")
     walk.start()
-    walk.live.start_preview()
+    walk.live.do(StartPreview())
     walk.heard.next(Previewed)
     walk.heard.next(Previewed)
     image = decode_raw((folder / IMAGE_NAME).read_bytes(), IMAGE_NAME)

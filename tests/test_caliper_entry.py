@@ -12,10 +12,11 @@ from stored_walks import FIRST_DAY, MadeWalk, small_store
 from textual.widgets import Input
 
 from fieldcam.growth.agreement import Agreement
+from fieldcam.session.commands import NameFruit
 from fieldcam.session.events import Done
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.fruit_rows import CaliperIdentity, CaliperSize
+from fieldcam.store.rows.fruit import CaliperIdentity, CaliperSize
 from fieldcam.tui.fruit_words import agreement_line
 from fieldcam.tui.looks import Look, Pictures
 from fieldcam.tui.picture_view import PictureView
@@ -75,8 +76,8 @@ def test_a_fruitlet_is_picked_by_key_and_measured(at_tag: AtTag) -> None:
         assert not driven.app.screen.query(Input)
 
     assert drive(SMALL, script).walk.asked == [
-        ("name_fruit", at_tag.capture, 2, "fl3", 9.25),
-        ("name_fruit", at_tag.capture, 3, "fl4", None),
+        NameFruit(at_tag.capture, 2, "fl3", 9.25),
+        NameFruit(at_tag.capture, 3, "fl4", None),
     ]
 
 

@@ -20,13 +20,13 @@ from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.work import DirectAnalyst
 from fieldcam.cli.card_size import tag_size_of
 from fieldcam.errors import ExitCode
-from fieldcam.session.growing import cluster_rows, followed_cluster
 from fieldcam.session.importing import ImportTerms, import_pairs
-from fieldcam.session.setting_up import SetUp
-from fieldcam.store.blocks import block_named, settings, tag_size_mm
+from fieldcam.session.over_days.growing import cluster_rows, followed_cluster
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.store.connection import rows
-from fieldcam.store.orchard_rows import Block, BlockSetting, Setting
+from fieldcam.store.queries.blocks import block_named, settings, tag_size_mm
 from fieldcam.store.read_only import open_read_only
+from fieldcam.store.rows.orchard import Block, BlockSetting, Setting
 from fieldcam.store.store import Store
 from fieldcam.tui.wiring import with_cards_of
 from fieldcam.values import (

@@ -17,16 +17,17 @@ from stored_walks import MadeWalk, small_store
 
 from fieldcam.cli.main import main
 from fieldcam.errors import ExitCode, ReadingDamaged
+from fieldcam.session.commands import Accept, GoTo
 from fieldcam.session.events import Damaged, Done
 from fieldcam.session.state import Stage
 from fieldcam.store.connection import rows
+from fieldcam.store.queries.resuming import waiting_for_analysis
 from fieldcam.store.read_only import open_read_only
 from fieldcam.store.readings import reading_row, stored_reading
-from fieldcam.store.resuming import waiting_for_analysis
+from fieldcam.store.recovery.startup import startup_check
+from fieldcam.store.rows.walk import SEALED_COLUMNS, seal
 from fieldcam.store.seals import damaged_readings
-from fieldcam.store.startup import startup_check
 from fieldcam.store.store import DATABASE_NAME
-from fieldcam.store.walk_rows import SEALED_COLUMNS, seal
 
 Capture = pytest.CaptureFixture[str]
 
@@ -99,10 +100,10 @@ def test_damage_in_the_middle_of_a_walk_stops_no_screen(tmp_path: Path) -> None:
     with walked(tmp_path) as walk:
         walk.start()
         walk.shoot(read(11))
-        walk.after(walk.live.accept, Done)
+        walk.after(Accept(), Done)
         walk.shoot(read(12))
         damage(tmp_path, "document = '{}'")
-        walk.live.go_to(11)
+        walk.live.do(GoTo(11))
         state = walk.heard.until(
             lambda state: (
                 state.tag_id == 11

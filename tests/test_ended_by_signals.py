@@ -19,7 +19,7 @@ from fieldcam.cli import main
 from fieldcam.errors import ExitCode
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
-from fieldcam.store.history import visit_captures
+from fieldcam.store.queries.history import visit_captures
 from fieldcam.tui.offer import offered
 from fieldcam.tui.walk_screen import WalkScreen
 from fieldcam.tui.wiring import run

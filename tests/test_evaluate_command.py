@@ -15,7 +15,7 @@ from grown_walks import DAYS, GROWN, START, grown_field
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.errors import ExitCode
-from fieldcam.store.fruit_rows import CaliperSize
+from fieldcam.store.rows.fruit import CaliperSize
 
 OFF_MM = 0.1
 """The camera reads so much less than the calipers."""

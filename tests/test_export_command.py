@@ -12,7 +12,7 @@ from grown_walks import DAYS, grown_field
 from stored_walks import small_store
 
 from fieldcam.errors import ExitCode
-from fieldcam.store.orchard_rows import Block
+from fieldcam.store.rows.orchard import Block
 
 
 @pytest.fixture

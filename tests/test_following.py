@@ -15,10 +15,10 @@ from made_cues import good_cue
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.errors import StorageError
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.cue import Cue
+from fieldcam.session.aim.preview_file import PreviewFile, preview_folder
 from fieldcam.session.events import Previewed
 from fieldcam.session.following import Follower, NotAiming, Sight, Unseen
-from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.state import WalkState
 from fieldcam.store.connection import APPLICATION_ID
 from fieldcam.store.read_only import open_read_only
@@ -174,9 +174,15 @@ def user_version(version: int) -> Callable[[Path], object]:
     return change
 
 
+def older_views(folder: Path) -> None:
+    with closing(sqlite3.connect(folder / DATABASE_NAME)) as database:
+        database.execute("DROP VIEW note_now")
+
+
 UNREADABLE: dict[str, tuple[Callable[[Path], object], str]] = {
     "newer": (user_version(99), "newer fieldcam"),
     "older": (user_version(1), "older fieldcam"),
+    "older views": (older_views, "older fieldcam"),
     "damaged": (lambda folder: (folder / DATABASE_NAME).write_bytes(b"x" * 5000), "damaged"),
     "missing": (lambda folder: (folder / DATABASE_NAME).unlink(), "no database"),
 }

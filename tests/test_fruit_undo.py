@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.growth.places import Place, Word
-from fieldcam.session.book import WalkBook
+from fieldcam.session.commands import (
+    AddByHand,
+    CrownKing,
+    GoTo,
+    MatchFruit,
+    NameFruit,
+    Strike,
+    UndoFruit,
+    UndoMatch,
+    Writing,
+)
+from fieldcam.session.deciding.decide import decide
 from fieldcam.session.doubt import NotNow
-from fieldcam.session.fruit_book import FruitBook
-from fieldcam.session.undoing import undo_fruit, undo_match
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.connection import rows
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 
 
 class Cluster:
@@ -26,13 +35,15 @@ class Cluster:
         first = made.visit()
         self.visit = made.visit(3)
         self.pictures = [made.accept(day, tag) for tag in (11, 12) for day in (first, self.visit)]
-        view = WalkView(self.store, self.visit)
-        self.book, self.fruit = WalkBook(view), FruitBook(view)
+        self._view = WalkView(self.store, self.visit)
+
+    def do(self, command: Writing) -> str:
+        return decide(self._view, command)
 
     def match(self, tag_id: int, fruitlet: int) -> None:
         at = 2 * (tag_id - 11)
         one, other = (self._reading(capture) for capture in self.pictures[at : at + 2])
-        self.fruit.match(Word(Place(one, fruitlet), Place(other, fruitlet)))
+        self.do(MatchFruit(Word(Place(one, fruitlet), Place(other, fruitlet))))
 
     def standing(self) -> list[str]:
         kinds = "'decision', 'association_word', 'caliper_size', 'caliper_identity'"
@@ -57,14 +68,12 @@ def test_only_matches_of_this_cluster_are_taken_back(cluster: Cluster) -> None:
     cluster.match(11, 0)
     cluster.match(11, 1)
     cluster.match(12, 0)
-    cluster.fruit.name_fruit(cluster.pictures[1], 2, "fl3", 9.5)
+    cluster.do(NameFruit(cluster.pictures[1], 2, "fl3", 9.5))
 
-    def undo() -> str:
-        return undo_match(cluster.store, cluster.visit, 11)
-
-    assert [undo(), undo()] == ["Undone: the match on tag 11."] * 2
+    told = [cluster.do(UndoMatch(11)) for _ in range(2)]
+    assert told == ["Undone: the match on tag 11."] * 2
     with pytest.raises(NotNow, match="No match of tag 11 is left to undo here"):
-        undo()
+        cluster.do(UndoMatch(11))
     left = ["association_word", "caliper_identity", "caliper_size"]
     assert cluster.standing() == [*before, *left]
 
@@ -72,22 +81,22 @@ def test_only_matches_of_this_cluster_are_taken_back(cluster: Cluster) -> None:
 def test_names_sizes_and_the_king_are_taken_back_and_no_decision(cluster: Cluster) -> None:
     before = cluster.standing()
     picture, other = cluster.pictures[1], cluster.pictures[3]
-    said_of: list[Callable[[], str]] = [
-        lambda: cluster.fruit.name_fruit(other, 1, "fl9", None),
-        lambda: cluster.fruit.name_fruit(picture, 2, "fl3", 9.5),
-        lambda: cluster.book.king(picture, 0),
-        lambda: cluster.book.add_by_hand(picture, 8.0),
-        lambda: cluster.book.go_to(11),
-        lambda: cluster.book.strike(3),
+    said_of: list[Writing] = [
+        NameFruit(other, 1, "fl9"),
+        NameFruit(picture, 2, "fl3", 9.5),
+        CrownKing(picture, 0),
+        AddByHand(picture, 8.0),
+        GoTo(11),
+        Strike(3),
     ]
-    for say in said_of:
-        say()
-    told = [undo_fruit(cluster.store, cluster.visit, 11) for _ in range(3)]
+    for command in said_of:
+        cluster.do(command)
+    told = [cluster.do(UndoFruit(11)) for _ in range(3)]
     assert told == [
         "Undone: the mark on tag 11.",
         "Undone: the mark on tag 11.",
         "Undone: the fruit's name and the caliper size on tag 11.",
     ]
     with pytest.raises(NotNow, match="No size, name or king of tag 11 is left"):
-        undo_fruit(cluster.store, cluster.visit, 11)
+        cluster.do(UndoFruit(11))
     assert cluster.standing() == [*before, "caliper_identity", "fruitlet_mark"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
@@ -11,11 +11,12 @@ from live_walks import Walked, read, walked
 from stored_walks import FIRST_DAY
 
 from fieldcam.growth.places import Place, Word
+from fieldcam.session.commands import MatchFruit, NameFruit, SecondView, UndoLast, Writing
 from fieldcam.session.events import Done, Doubted, Refused, VerdictReady
 from fieldcam.session.state import Shown
-from fieldcam.store.calipers import caliper_sizes, names_in
-from fieldcam.store.counted import association_words
-from fieldcam.store.rows import EntryId
+from fieldcam.store.queries.calipers import caliper_sizes, names_in
+from fieldcam.store.queries.counted import association_words
+from fieldcam.store.rows.row import EntryId
 
 
 @pytest.fixture
@@ -34,7 +35,7 @@ def shoot(walk: Walked, tag_id: int = 11) -> tuple[Shown, EntryId]:
 
 def second_view(walk: Walked) -> tuple[Shown, EntryId]:
     walk.analysis.outcomes.append(read(11, 3))
-    shown = walk.after(walk.live.second_view, VerdictReady)[1].shown
+    shown = walk.after(SecondView(), VerdictReady)[1].shown
     assert shown is not None and shown.record.reading is not None
     return shown, shown.record.reading.id
 
@@ -47,9 +48,9 @@ def sizes(walk: Walked) -> list[tuple[int, str, float]]:
 
 def test_fruitlets_are_named_and_measured(walk: Walked) -> None:
     shown, reading = shoot(walk)
-    name, said = partial(walk.live.name_fruit, shown.id), []
+    name, said = partial(NameFruit, shown.id), []
     for fruitlet, fruit, size in ((0, " fl 3 ", 9.25), (1, "", 8.5), (2, "", None)):
-        done, _ = walk.after(partial(name, fruitlet, fruit, size), Done)
+        done, _ = walk.after(name(fruitlet, fruit, size), Done)
         said.append(done.sentence)
     assert said == [
         "Fruitlet A is called 3, 9.25 mm by caliper.",
@@ -59,37 +60,37 @@ def test_fruitlets_are_named_and_measured(walk: Walked) -> None:
     database = walk.made.store.database
     assert names_in(database, reading) == {0: "3", 1: "1", 2: "2"}
     assert sizes(walk) == [(11, "1", 8.5), (11, "3", 9.25)]
-    undone, _ = walk.after(walk.live.undo, Done)
+    undone, _ = walk.after(UndoLast(), Done)
     assert undone.sentence == "Undone: the fruit's name on tag 11."
-    undone, _ = walk.after(walk.live.undo, Done)
+    undone, _ = walk.after(UndoLast(), Done)
     assert undone.sentence == "Undone: the fruit's name and the caliper size on tag 11."
     assert names_in(database, reading) == {0: "3"}
-    again, _ = walk.after(partial(name, 0, "", 9.5), Done)
+    again, _ = walk.after(name(0, "", 9.5), Done)
     assert again.sentence == "Fruitlet A is called 3, 9.50 mm by caliper."
     assert sizes(walk) == [(11, "3", 9.5)]
 
 
 def test_a_name_of_another_fruitlet_is_asked_about(walk: Walked) -> None:
     shown, reading = shoot(walk)
-    name, database = partial(walk.live.name_fruit, shown.id), walk.made.store.database
-    walk.after(partial(name, 0, "fl3", 9.25), Done)
-    doubt, _ = walk.after(partial(name, 1, " 3", 8.5), Doubted)
+    name, database = partial(NameFruit, shown.id), walk.made.store.database
+    walk.after(name(0, "fl3", 9.25), Done)
+    doubt, _ = walk.after(name(1, " 3", 8.5), Doubted)
     assert doubt.sentence == "A is called 3 already. Is it B that is, and A not?"
     assert names_in(database, reading) == {0: "3"} and sizes(walk) == [(11, "3", 9.25)]
     walk.after(doubt.insist, Done)
     assert names_in(database, reading) == {1: "3"} and sizes(walk) == [(11, "3", 8.5)]
     # Another view of the day shows the same fruit again.
     other, again = second_view(walk)
-    walk.after(partial(walk.live.name_fruit, other.id, 0, "fl3", None), Done)
+    walk.after(NameFruit(other.id, 0, "fl3", None), Done)
     assert names_in(database, again) == {0: "3"}
 
 
 def test_another_name_for_a_fruitlet_is_asked_about(walk: Walked) -> None:
     shown, reading = shoot(walk)
-    name, database = partial(walk.live.name_fruit, shown.id), walk.made.store.database
-    walk.after(partial(name, 0, "fl3", 9.25), Done)
-    walk.after(partial(name, 0, "3", 9.0), Done)
-    doubt, _ = walk.after(partial(name, 0, "fl4", None), Doubted)
+    name, database = partial(NameFruit, shown.id), walk.made.store.database
+    walk.after(name(0, "fl3", 9.25), Done)
+    walk.after(name(0, "3", 9.0), Done)
+    doubt, _ = walk.after(name(0, "fl4", None), Doubted)
     assert doubt.sentence == "A is called 3 already. Is it called 4 from now on?"
     assert names_in(database, reading) == {0: "3"}
     walk.after(doubt.insist, Done)
@@ -106,7 +107,7 @@ def test_a_size_far_from_the_cameras_is_asked_about_once(
     camera_mm = summary.target[0].diameter_mm
     assert camera_mm is not None
     told_mm = camera_mm + off_mm
-    command = partial(walk.live.name_fruit, shown.id, 0, "fl1", told_mm)
+    command = NameFruit(shown.id, 0, "fl1", told_mm)
     if not doubtful:
         walk.after(command, Done)
         return
@@ -121,21 +122,21 @@ def test_a_size_far_from_the_cameras_is_asked_about_once(
 
 def test_what_makes_no_sense_is_refused(walk: Walked) -> None:
     shown, reading = shoot(walk)
-    name = partial(walk.live.name_fruit, shown.id)
+    name = partial(NameFruit, shown.id)
     _, other = second_view(walk)
     here, gone = Place(reading, 0), Place(other, 9)
-    commands: list[tuple[str, Callable[[], None]]] = [
-        ("measures between", partial(name, 0, "fl1", 0.0)),
-        ("measures between", partial(name, 0, "fl1", 101.0)),
-        ("measures between", partial(name, 0, "fl1", float("nan"))),
-        ("Choose a fruitlet", partial(name, 9, "fl1", 9.0)),
-        ("at most 20 letters", partial(name, 0, "x" * 21, 9.0)),
-        ("at most 20 letters", partial(name, 0, "\x1b", 9.0)),
-        ("no reading", partial(walk.live.name_fruit, "no picture", 0, "fl1", 9.0)),
-        ("look again", partial(walk.live.match, Word(here, gone))),
-        ("look again", partial(walk.live.match, Word(gone, None, reading))),
-        ("no reading", partial(walk.live.match, Word(here, None, "no reading"))),
-        ("two pictures", partial(walk.live.match, Word(here, Place(reading, 1)))),
+    commands: list[tuple[str, Writing]] = [
+        ("measures between", name(0, "fl1", 0.0)),
+        ("measures between", name(0, "fl1", 101.0)),
+        ("measures between", name(0, "fl1", float("nan"))),
+        ("Choose a fruitlet", name(9, "fl1", 9.0)),
+        ("at most 20 letters", name(0, "x" * 21, 9.0)),
+        ("at most 20 letters", name(0, "\x1b", 9.0)),
+        ("no reading", NameFruit("no picture", 0, "fl1", 9.0)),
+        ("look again", MatchFruit(Word(here, gone))),
+        ("look again", MatchFruit(Word(gone, None, reading))),
+        ("no reading", MatchFruit(Word(here, None, "no reading"))),
+        ("two pictures", MatchFruit(Word(here, Place(reading, 1)))),
     ]
     for words, command in commands:
         refused, _ = walk.after(command, Refused)
@@ -146,11 +147,11 @@ def test_what_makes_no_sense_is_refused(walk: Walked) -> None:
 def test_matches_are_kept_until_they_are_undone(walk: Walked) -> None:
     (_, one), (_, other) = shoot(walk), second_view(walk)
     words = Word(Place(one, 0), Place(other, 2)), Word(Place(other, 1), None, one)
-    said = [walk.after(partial(walk.live.match, word), Done)[0].sentence for word in words]
+    said = [walk.after(MatchFruit(word), Done)[0].sentence for word in words]
     assert said == ["Matched by hand.", "Unmatched by hand."]
     database = walk.made.store.database
     assert len(association_words(database, [one, other])) == 2
-    undone, _ = walk.after(walk.live.undo, Done)
+    undone, _ = walk.after(UndoLast(), Done)
     assert undone.sentence == "Undone: the match on tag 11."
     (kept,) = association_words(database, [one, other])
     assert (kept.one_reading, kept.one_fruitlet, kept.other_fruitlet) == (one, 0, 2)

@@ -15,13 +15,14 @@ from stored_walks import MadeWalk, small_store
 
 from fieldcam.session import shutter
 from fieldcam.session.calibrating import MISSING, OwnCalibration
+from fieldcam.session.commands import Accept, RestartAnalysis, Shoot
 from fieldcam.session.events import CameraReady, CameraTrouble, Changed, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.calibrations import next_calibration
 from fieldcam.store.captures import load_raw
 from fieldcam.store.connection import rows
+from fieldcam.store.rows.walk import ObjectRole
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import ObjectRole
 
 CALIBRATION = CAMERA_INFO.format(width=WIDTH, height=HEIGHT, tx=-45.6)
 
@@ -49,7 +50,7 @@ class HeadWalk:
         (folder / "calibration.yml").write_text(content)
 
     def shoot(self) -> Saved:
-        self.live.shoot()
+        self.live.do(Shoot())
         return self.heard.next(Saved)
 
 
@@ -76,7 +77,7 @@ def test_pictures_of_the_head_are_saved_with_its_calibration_and_read(walk: Head
         assert raw.trigger_ordinal == ordinal
         assert saved.calibration is not None and saved.calibration.read_text() == CALIBRATION
         walk.heard.next(VerdictReady)
-        walk.live.accept()
+        walk.live.do(Accept())
     roles = rows(walk.store.database, "SELECT file, role FROM object_file")
     assert [row["role"] for row in roles] == [ObjectRole.CALIBRATION]
 
@@ -96,7 +97,7 @@ def test_without_a_calibration_pictures_wait_and_are_read_with_the_first(walk: H
     assert walk.heard.next(Changed).state.uncalibrated.startswith("Pictures are saved and wait: ")
     walk.calibrate()
     walk.analysis.outcomes += [read(11), read(11)]
-    walk.live.restart_analysis()
+    walk.live.do(RestartAnalysis())
     walk.heard.next(VerdictReady)
     walk.heard.next(VerdictReady)
     assert {asked.calibration for asked, _ in walk.analysis.asked} == {walk.calibration.file}
@@ -106,7 +107,7 @@ def test_a_pulled_plug_costs_one_picture_and_no_walk(walk: HeadWalk) -> None:
     walk.calibrate()
     walk.shoot()
     walk.bench.emulated.unplug()
-    walk.live.shoot()
+    walk.live.do(Shoot())
     assert walk.heard.next(CameraTrouble).error.message == "The camera is gone."
     walk.bench.emulated.plug()
     assert walk.heard.next(CameraReady).missed == "The camera is gone."

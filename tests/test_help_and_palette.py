@@ -8,6 +8,7 @@ import pytest
 from made_states import AIM
 from screens import SMALL, Driven, drive
 
+from fieldcam.session.commands import Accept, SkipCluster, UndoLast
 from fieldcam.tui.looks import Look, in_theme
 from fieldcam.tui.page import LEAST
 from fieldcam.tui.remembered import remember_theme, remembered_theme
@@ -77,7 +78,7 @@ def test_the_palette_has_every_command_of_the_screen() -> None:
             commands[name].callback()
             await driven.settle()
 
-    assert drive(SMALL, script).walk.asked == [("accept",), ("undo",), ("skip",)]
+    assert drive(SMALL, script).walk.asked == [Accept(), UndoLast(), SkipCluster()]
 
 
 def test_a_command_is_found_by_its_name() -> None:
@@ -88,7 +89,7 @@ def test_a_command_is_found_by_its_name() -> None:
         await driven.press("enter")
         await driven.settle()
 
-    assert drive(SMALL, script).walk.asked == [("accept",)]
+    assert drive(SMALL, script).walk.asked == [Accept()]
 
 
 @pytest.mark.parametrize(

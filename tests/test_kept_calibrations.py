@@ -14,11 +14,12 @@ from recorded_pairs import write_calibration
 from fieldcam.cli.doctor import Health, _calibration
 from fieldcam.session import shutter
 from fieldcam.session.calibrating import MISSING, OwnCalibration
+from fieldcam.session.commands import Accept, Shoot, StartPreview
 from fieldcam.session.events import CameraReady, Previewed, Saved
 from fieldcam.session.state import CameraState
 from fieldcam.store.calibrations import next_calibration
 from fieldcam.store.connection import rows
-from fieldcam.store.resuming import saved_capture
+from fieldcam.store.queries.resuming import saved_capture
 
 
 def calibrate(walk: Walked, comment: str = "") -> bytes:
@@ -33,7 +34,7 @@ def calibrate(walk: Walked, comment: str = "") -> bytes:
 def kept_with(walk: Walked) -> bytes | None:
     """The calibration file of the next picture, as a later start finds it."""
     walk.analysis.outcomes.append(read(11))
-    saved, _ = walk.after(walk.live.shoot, Saved)
+    saved, _ = walk.after(Shoot(), Saved)
     found = saved_capture(walk.store.database, saved.capture.key)
     assert found is not None and found.calibration == saved.capture.calibration
     return None if found.calibration is None else found.calibration.read_bytes()
@@ -45,7 +46,7 @@ def test_a_picture_names_the_calibration_that_was_in_use(tmp_path: Path) -> None
         walk.start(OwnCalibration(walk.store))
         assert kept_with(walk) == first
         second = calibrate(walk, "made while the app runs")
-        walk.live.accept()
+        walk.live.do(Accept())
         assert kept_with(walk) == second
         assert len(rows(walk.store.database, "SELECT file FROM object_file")) == 2
 
@@ -65,7 +66,7 @@ def test_aiming_needs_no_new_start_for_a_first_calibration(
         walk.analysis.sights = [()]
         own = OwnCalibration(walk.store)
         walk.start(own)
-        walk.live.start_preview()
+        walk.live.do(StartPreview())
         walk.heard.next(Previewed)
         assert walk.analysis.looked_with[-1] is None
         calibrate(walk)
@@ -82,7 +83,7 @@ def test_calibrations_that_cannot_be_read_hold_up_nothing(
         monkeypatch.setattr(Path, "iterdir", unreadable)
         state = walk.start(OwnCalibration(walk.store))
         assert "calibrations cannot be read: Permission denied." in state.uncalibrated
-        walk.after(walk.live.shoot, Saved)
+        walk.after(Shoot(), Saved)
         monkeypatch.undo()
         assert kept_with(walk) == first
 

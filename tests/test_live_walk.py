@@ -20,7 +20,29 @@ from fieldcam.errors import (
     StorageFull,
 )
 from fieldcam.growth.places import Place
-from fieldcam.session.book import MOST_FRUITLETS
+from fieldcam.session.commands import (
+    Accept,
+    AcceptPicture,
+    AddByHand,
+    AnswerQuestion,
+    Command,
+    CorrectTag,
+    CrownKing,
+    GoTo,
+    OtherTarget,
+    RestartAnalysis,
+    Retake,
+    SecondView,
+    Shoot,
+    SkipCluster,
+    Step,
+    Strike,
+    TellMissing,
+    UndoLast,
+    WriteNote,
+)
+from fieldcam.session.deciding.missing import MOST_FRUITLETS
+from fieldcam.session.doubt import Instead
 from fieldcam.session.events import (
     AnalysisTrouble,
     CameraTrouble,
@@ -32,15 +54,14 @@ from fieldcam.session.events import (
     StorageTrouble,
     VerdictReady,
 )
-from fieldcam.session.live import LiveWalk
 from fieldcam.session.state import CameraState, Stage, WalkState
 from fieldcam.store.connection import rows
-from fieldcam.store.counted import counted_visits
-from fieldcam.store.history import cluster_history, visit_captures
-from fieldcam.store.judgement_rows import Action, Answer, MarkKind
-from fieldcam.store.orchard_rows import Route
-from fieldcam.store.rows import EntryId
-from fieldcam.store.walks import ClusterState, expectation
+from fieldcam.store.queries.counted import counted_visits
+from fieldcam.store.queries.history import cluster_history, visit_captures
+from fieldcam.store.queries.walks import ClusterState, expectation
+from fieldcam.store.rows.judgements import Action, Answer, MarkKind
+from fieldcam.store.rows.orchard import Route
+from fieldcam.store.rows.row import EntryId
 from fieldcam.values import Expectation, RawPair, ReasonCode
 from fieldcam.values import Status as VerdictStatus
 
@@ -88,10 +109,10 @@ def test_a_spoilt_picture_leaves_the_camera_open(tmp_path: Path) -> None:
     with walked(tmp_path) as walk:
         walk.camera = SpoiltOnce()
         walk.start()
-        trouble, state = walk.after(walk.live.shoot, CameraTrouble)
+        trouble, state = walk.after(Shoot(), CameraTrouble)
         assert trouble.error.message == "The flash did not fire."
         assert state.camera is CameraState.READY
-        walk.after(walk.live.shoot, Saved)
+        walk.after(Shoot(), Saved)
         assert (walk.camera.opened, walk.camera.closed) == (1, 0)
 
 
@@ -105,7 +126,7 @@ def test_a_picture_is_saved_then_read_then_accepted(walk: Walked) -> None:
     state = walk.heard.next(Changed).state
     assert (verdict.tag_id, state.waiting) == (11, 0)
     assert state.shown is not None and state.shown.living == 5
-    done, state = walk.after(walk.live.accept, Done)
+    done, state = walk.after(Accept(), Done)
     assert done.sentence == "Tag 11 accepted."
     assert (state.tag_id, state.shown) == (12, None)
 
@@ -116,7 +137,7 @@ def test_ten_captures_do_not_wait_for_the_analysis(
     walk.start()
     began = monotonic()
     for _ in range(10):
-        walk.after(walk.live.shoot, Saved)
+        walk.after(Shoot(), Saved)
     note(f"ten captures were saved in {monotonic() - began:.2f} s, none analysed")
     assert len(visit_captures(walk.store.database, walk.visit)) == 10
 
@@ -132,7 +153,7 @@ def test_a_newer_picture_takes_the_place_of_the_last_one(walk: Walked) -> None:
 def test_an_unplugged_camera_is_said_and_opened_again(walk: Walked) -> None:
     walk.start()
     walk.camera.plugged = False
-    trouble, state = walk.after(walk.live.shoot, CameraTrouble)
+    trouble, state = walk.after(Shoot(), CameraTrouble)
     assert trouble.error.hint == "Plug it in."
     assert state.camera is CameraState.LOST
     walk.camera.plugged = True
@@ -144,7 +165,7 @@ def test_a_lost_camera_is_said_before_it_is_given_back(walk: Walked) -> None:
     walk.start()
     walk.camera.plugged = False
     with walk.camera.held():
-        _, state = walk.after(walk.live.shoot, CameraTrouble)
+        _, state = walk.after(Shoot(), CameraTrouble)
         assert (state.camera, walk.camera.closed) == (CameraState.LOST, 0)
 
 
@@ -165,7 +186,7 @@ def test_a_full_disk_is_found_out_before_the_flash(
 
     with monkeypatch.context() as patch:
         patch.setattr(walk.store.space, "check", full)
-        trouble, _ = walk.after(walk.live.shoot, StorageTrouble)
+        trouble, _ = walk.after(Shoot(), StorageTrouble)
     assert "3 MB" in trouble.error.message
     assert walk.camera.taken == 0
     assert walk.shoot().shown is not None
@@ -174,12 +195,12 @@ def test_a_full_disk_is_found_out_before_the_flash(
 def test_a_failed_analysis_keeps_the_picture(walk: Walked) -> None:
     walk.start()
     walk.analysis.outcomes.append(AnalysisFailed("The analysis ended in the middle."))
-    trouble, state = walk.after(walk.live.shoot, AnalysisTrouble)
+    trouble, state = walk.after(Shoot(), AnalysisTrouble)
     assert trouble.error.message == "The analysis ended in the middle."
     assert state.shown is not None
     assert (state.shown.stage, state.shown.failure) == (Stage.FAILED, trouble.error.message)
     assert (state.waiting, state.failed) == (0, 1)
-    doubt, _ = walk.after(walk.live.accept, Doubted)
+    doubt, _ = walk.after(Accept(), Doubted)
     _, state = walk.after(doubt.insist, Done)
     assert state.tag_id == 12
 
@@ -203,7 +224,7 @@ def test_pictures_wait_for_an_analysis_that_is_off(walk: Walked) -> None:
     state = walk.shoot()
     assert (state.waiting, state.analysis.state) == (1, State.STOPPED)
     walk.analysis.outcomes.append(read(11))
-    _, state = walk.after(walk.live.restart_analysis, VerdictReady)
+    _, state = walk.after(RestartAnalysis(), VerdictReady)
     assert state.waiting == 0
 
 
@@ -212,9 +233,9 @@ def test_a_failed_picture_that_is_read_again_is_told_as_such(walk: Walked) -> No
     walk.start()
     failed = AnalysisFailed("The analysis crashed.")
     walk.analysis.outcomes.append(failed)
-    _, state = walk.after(walk.live.shoot, AnalysisTrouble)
+    _, state = walk.after(Shoot(), AnalysisTrouble)
     assert state.shown is not None and state.shown.stage is Stage.FAILED
-    _, state = walk.after(walk.live.restart_analysis, Done)
+    _, state = walk.after(RestartAnalysis(), Done)
     assert state.shown is not None and state.shown.stage is Stage.ANALYSING
     walk.analysis.waiting[-1].set_exception(failed)
     walk.heard.next(AnalysisTrouble)
@@ -232,7 +253,7 @@ def test_what_an_earlier_day_left_unread_is_read(later: Walked) -> None:
 def test_a_walk_resumes_where_it_stopped(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(11))
-    walk.after(walk.live.accept, Done)
+    walk.after(Accept(), Done)
     walk.shoot()
     walk.live.close()
     walk.analysis.asked.clear()
@@ -249,12 +270,12 @@ def test_fewer_fruitlets_ask_one_question(later: Walked) -> None:
     assert later.start().before == 5
     state = later.shoot(read(11, fruitlets=3, status=CONFIRM, code=ReasonCode.FEWER_THAN_BEFORE))
     assert state.missing == 2
-    refused, _ = later.after(later.live.accept, Refused)
-    assert "F fallen" in refused.sentence
-    done, state = later.after(later.live.hidden, Done)
+    refused, _ = later.after(Accept(), Refused)
+    assert refused == Refused("Fewer fruitlets than last visit.", Instead.ANSWER_OR_RETAKE)
+    done, state = later.after(AnswerQuestion(Answer.HIDDEN), Done)
     assert done.sentence == "Tag 11 accepted, 2 hidden."
     assert state.tag_id == 12
-    undone, state = later.after(later.live.undo, Done)
+    undone, state = later.after(UndoLast(), Done)
     assert undone.sentence == "Undone: the decision and the mark on tag 11."
     assert (state.tag_id, state.missing) == (11, 2)
 
@@ -262,8 +283,8 @@ def test_fewer_fruitlets_ask_one_question(later: Walked) -> None:
 def test_an_answer_that_bounces_marks_nothing_on_the_next_cluster(later: Walked) -> None:
     later.start()
     later.shoot(read(11, fruitlets=3, status=CONFIRM, code=ReasonCode.FEWER_THAN_BEFORE))
-    later.after(later.live.fallen, Done)
-    for bounce in (later.live.fallen, later.live.hidden):
+    later.after(AnswerQuestion(Answer.FALLEN), Done)
+    for bounce in (AnswerQuestion(Answer.FALLEN), AnswerQuestion(Answer.HIDDEN)):
         refused, state = later.after(bounce, Refused)
         assert refused.sentence == "There is no picture of this cluster yet."
         assert (state.tag_id, state.marks) == (12, ())
@@ -272,9 +293,9 @@ def test_an_answer_that_bounces_marks_nothing_on_the_next_cluster(later: Walked)
 def test_what_a_picture_shows_is_neither_fallen_nor_hidden(later: Walked) -> None:
     later.start()
     before = later.shoot(read(11, fruitlets=5))
-    for command in (later.live.fallen, later.live.hidden):
+    for command in (AnswerQuestion(Answer.FALLEN), AnswerQuestion(Answer.HIDDEN)):
         refused, state = later.after(command, Refused)
-        assert refused.sentence.startswith("No fruitlet is missing: F and H are for those")
+        assert refused == Refused("No fruitlet is missing.", Instead.MARK_UNSEEN)
         assert told(state) == told(before)
         assert state.shown is not None and state.shown.living == 5
 
@@ -282,7 +303,7 @@ def test_what_a_picture_shows_is_neither_fallen_nor_hidden(later: Walked) -> Non
 def test_on_a_first_visit_nothing_has_fallen(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(11, 3))
-    refused, state = walk.after(walk.live.fallen, Refused)
+    refused, state = walk.after(AnswerQuestion(Answer.FALLEN), Refused)
     assert "No earlier visit is known" in refused.sentence and state.marks == ()
 
 
@@ -292,24 +313,26 @@ def test_each_missing_fruitlet_has_an_answer_of_its_own(later: Walked) -> None:
     assert state.shown is not None
     capture, earlier = state.shown.id, earlier_reading(later)
 
-    def tell(fruitlet: int, answer: Answer) -> Callable[[], None]:
-        return lambda: later.live.tell_missing(capture, Place(earlier, fruitlet), answer)
+    def tell(fruitlet: int, answer: Answer) -> TellMissing:
+        return TellMissing(capture, Place(earlier, fruitlet), answer)
 
     done, state = later.after(tell(3, Answer.FALLEN), Done)
     assert done.sentence == "Told: fallen. 1 fruitlet left to tell."
     assert (state.tag_id, state.missing, state.told) == (11, 2, 1)
-    assert "told already" in later.after(tell(3, Answer.HIDDEN), Refused)[0].sentence
+    refused, _ = later.after(tell(3, Answer.HIDDEN), Refused)
+    assert refused == Refused("That was told already.", Instead.UNDO_ANSWER)
     done, state = later.after(tell(4, Answer.HIDDEN), Done)
     assert done.sentence == "Tag 11 accepted: all that is missing is told."
     assert state.tag_id == 12
-    assert "decided on already" in later.after(tell(2, Answer.HIDDEN), Refused)[0].sentence
+    refused, _ = later.after(tell(2, Answer.HIDDEN), Refused)
+    assert refused == Refused("This picture is decided on already.", Instead.UNDO_DECISION)
     (*_, visit) = counted_visits(later.store.database, state.route.block, 11)
     assert (visit.fallen, visit.hidden) == (1, 1)
     assert [(word.fruitlet, word.answer) for word in visit.told] == [
         (3, Answer.FALLEN),
         (4, Answer.HIDDEN),
     ]
-    undone, state = later.after(later.live.undo, Done)
+    undone, state = later.after(UndoLast(), Done)
     assert undone.sentence == "Undone: the decision and the answer and the mark on tag 11."
     assert (state.tag_id, state.missing, state.told) == (11, 2, 1)
     assert expectation(later.store.database, later.made.visit(9), 11).fruitlets == 5
@@ -320,7 +343,7 @@ def test_a_missing_fruitlet_without_a_place_is_told_too(later: Walked) -> None:
     state = later.shoot(read(11, fruitlets=4, status=CONFIRM, code=ReasonCode.FEWER_THAN_BEFORE))
     assert state.shown is not None
     capture = state.shown.id
-    done, state = later.after(lambda: later.live.tell_missing(capture, None, Answer.HIDDEN), Done)
+    done, state = later.after(TellMissing(capture, None, Answer.HIDDEN), Done)
     assert done.sentence == "Tag 11 accepted: all that is missing is told."
     (*_, visit) = counted_visits(later.store.database, state.route.block, 11)
     assert (visit.hidden, visit.told) == (1, ())
@@ -334,11 +357,11 @@ def test_pictures_of_earlier_visits_are_decided_on(later: Walked) -> None:
     made.read(fewer, 11, 4)
     made.read(whole, 12, 5)
     later.start()
-    refused, _ = later.after(lambda: later.live.accept_picture(fewer), Refused)
-    assert "1 fruitlet missing" in refused.sentence
+    refused, _ = later.after(AcceptPicture(fewer), Refused)
+    assert refused == Refused("1 fruitlet missing.", Instead.COMPARE_DAYS)
     place = Place(earlier_reading(later), 4)
-    later.after(lambda: later.live.tell_missing(fewer, place, Answer.FALLEN), Done)
-    done, state = later.after(lambda: later.live.accept_picture(whole), Done)
+    later.after(TellMissing(fewer, place, Answer.FALLEN), Done)
+    done, state = later.after(AcceptPicture(whole), Done)
     assert (done.sentence, state.tag_id) == ("Tag 12 accepted.", 11)
     history = cluster_history(later.store.database, block, 12)
     assert history[-1].action is Action.ACCEPT
@@ -356,8 +379,8 @@ def earlier_reading(walk: Walked) -> EntryId:
 def test_a_fruitlet_is_struck_out_once(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(11, 3))
-    walk.after(lambda: walk.live.strike(1), Done)
-    refused, state = walk.after(lambda: walk.live.strike(1), Refused)
+    walk.after(Strike(1), Done)
+    refused, state = walk.after(Strike(1), Refused)
     assert refused.sentence == "Already struck out."
     assert state.shown is not None and state.shown.living == 2
 
@@ -366,8 +389,8 @@ def test_no_more_are_fallen_or_hidden_than_there_were(later: Walked) -> None:
     assert later.start().before == 5
     later.shoot()
     for _ in range(5):
-        later.after(later.live.hidden, Done)
-    refused, state = later.after(later.live.hidden, Refused)
+        later.after(AnswerQuestion(Answer.HIDDEN), Done)
+    refused, state = later.after(AnswerQuestion(Answer.HIDDEN), Refused)
     assert refused.sentence == "No more: 5 of the 5 last visit are seen or marked already."
     assert [mark.count for mark in state.marks] == [1] * 5
 
@@ -376,8 +399,8 @@ def test_a_cluster_that_nobody_counted_has_a_bound_too(walk: Walked) -> None:
     walk.start()
     walk.shoot()
     for _ in range(MOST_FRUITLETS):
-        walk.live.hidden()
-    assert "of a cluster" in walk.after(walk.live.hidden, Refused)[0].sentence
+        walk.live.do(AnswerQuestion(Answer.HIDDEN))
+    assert "of a cluster" in walk.after(AnswerQuestion(Answer.HIDDEN), Refused)[0].sentence
 
 
 def test_the_same_fruitlets_are_not_counted_twice(later: Walked) -> None:
@@ -385,14 +408,14 @@ def test_the_same_fruitlets_are_not_counted_twice(later: Walked) -> None:
     fewer = read(11, fruitlets=3, status=CONFIRM, code=ReasonCode.FEWER_THAN_BEFORE)
     later.start()
     later.shoot()
-    later.after(later.live.hidden, Done)
+    later.after(AnswerQuestion(Answer.HIDDEN), Done)
     later.shoot(fewer)
-    done, _ = later.after(later.live.hidden, Done)
+    done, _ = later.after(AnswerQuestion(Answer.HIDDEN), Done)
     assert done.sentence == "Tag 11 accepted, 2 hidden (1 of them marked before)."
-    later.after(lambda: later.live.go_to(11), Done)
-    later.after(later.live.retake, Done)
+    later.after(GoTo(11), Done)
+    later.after(Retake(), Done)
     later.shoot(fewer)
-    done, _ = later.after(later.live.hidden, Done)
+    done, _ = later.after(AnswerQuestion(Answer.HIDDEN), Done)
     assert done.sentence == "Tag 11 accepted, 2 hidden (2 of them marked before)."
     assert expectation(later.store.database, later.made.visit(9), 11).fruitlets == 5
 
@@ -401,13 +424,13 @@ def test_a_wrong_tag_is_said_and_not_accepted(walk: Walked) -> None:
     walk.start()
     state = walk.shoot(read(12, status=RETAKE, code=ReasonCode.WRONG_TAG))
     assert state.shown is not None and state.shown.wrong_tag == 12
-    refused, _ = walk.after(walk.live.accept, Refused)
-    assert refused.sentence.startswith("Tag 12 was read, 11 is due")
+    refused, _ = walk.after(Accept(), Refused)
+    assert refused == Refused("Tag 12 was read, 11 is due.", Instead.RETAKE_OR_SAY_TAG)
     walk.analysis.outcomes.append(read(12))
-    _, state = walk.after(lambda: walk.live.correct_tag(12), VerdictReady)
+    _, state = walk.after(CorrectTag(12), VerdictReady)
     assert walk.analysis.asked[-1][1] == Expectation(12)
     assert (state.tag_id, state.shown is not None) == (12, True)
-    walk.after(walk.live.accept, Done)
+    walk.after(Accept(), Done)
     assert (state_of(walk, 11), state_of(walk, 12)) == (ClusterState.TODO, ClusterState.ACCEPTED)
 
 
@@ -415,54 +438,54 @@ def test_the_operators_word_on_a_misread_tag_counts(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(99, status=RETAKE, code=ReasonCode.WRONG_TAG))
     walk.analysis.outcomes.append(read(99))
-    _, state = walk.after(lambda: walk.live.correct_tag(11), VerdictReady)
+    _, state = walk.after(CorrectTag(11), VerdictReady)
     # Were 11 expected, the tag that is read would be called wrong for ever.
     assert walk.analysis.asked[-1][1].tag_id == 99
     assert (state.tag_id, state.warnings) == (11, ())
-    done, _ = walk.after(walk.live.accept, Done)
+    done, _ = walk.after(Accept(), Done)
     assert done.sentence == "Tag 11 accepted."
 
 
 def test_a_tag_that_is_done_is_said(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(11))
-    walk.after(walk.live.accept, Done)
+    walk.after(Accept(), Done)
     state = walk.shoot(read(11, status=RETAKE, code=ReasonCode.WRONG_TAG))
     assert state.warnings == ("Tag 11 is done already.",)
-    doubt, _ = walk.after(lambda: walk.live.correct_tag(11), Doubted)
+    doubt, _ = walk.after(CorrectTag(11), Doubted)
     assert doubt.sentence.startswith("Tag 11 is done already")
-    done, _ = walk.after(lambda: walk.live.go_to(11), Done)
+    done, _ = walk.after(GoTo(11), Done)
     assert done.sentence == "At tag 11, which is done already."
-    doubt, _ = walk.after(walk.live.shoot, Doubted)
+    doubt, _ = walk.after(Shoot(), Doubted)
     walk.after(doubt.insist, Saved)
 
 
 def test_a_verdict_of_retake_is_kept_only_when_insisted_on(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(11, status=RETAKE, code=ReasonCode.BLURRED))
-    doubt, _ = walk.after(walk.live.accept, Doubted)
+    doubt, _ = walk.after(Accept(), Doubted)
     _, state = walk.after(doubt.insist, Done)
     assert state.tag_id == 12
 
 
 def test_a_second_view_stands_beside_the_first(walk: Walked) -> None:
     walk.start()
-    refused, _ = walk.after(walk.live.second_view, Refused)
+    refused, _ = walk.after(SecondView(), Refused)
     assert refused.sentence == "There is no picture of this cluster yet."
     walk.shoot(read(11))
-    _, state = walk.after(walk.live.second_view, Saved)
+    _, state = walk.after(SecondView(), Saved)
     assert state.shown is not None
     assert (state.shown.record.view, state.shown.record.retake_of) == (2, None)
 
 
-DECISIONS: dict[str, tuple[Callable[[LiveWalk], None], str]] = {
-    "accept": (LiveWalk.accept, "the decision"),
-    "retake": (LiveWalk.retake, "the decision"),
-    "hidden": (LiveWalk.hidden, "the mark"),
-    "strike": (lambda live: live.strike(0), "the mark"),
-    "target": (LiveWalk.other_target, "the choice of the target"),
-    "note": (lambda live: live.note("a leaf"), "the note"),
-    "skip": (LiveWalk.skip, "the skipping"),
+DECISIONS: dict[str, tuple[Command, str]] = {
+    "accept": (Accept(), "the decision"),
+    "retake": (Retake(), "the decision"),
+    "hidden": (AnswerQuestion(Answer.HIDDEN), "the mark"),
+    "strike": (Strike(0), "the mark"),
+    "target": (OtherTarget(), "the choice of the target"),
+    "note": (WriteNote("a leaf"), "the note"),
+    "skip": (SkipCluster(), "the skipping"),
 }
 
 
@@ -471,12 +494,12 @@ def test_every_decision_can_be_undone(walk: Walked, name: str) -> None:
     walk.start()
     before = walk.shoot(read(11))
     command, named = DECISIONS[name]
-    _, after = walk.after(lambda: command(walk.live), Done)
+    _, after = walk.after(command, Done)
     assert told(after) != told(before)
-    done, undone = walk.after(walk.live.undo, Done)
+    done, undone = walk.after(UndoLast(), Done)
     assert done.sentence == f"Undone: {named} on tag 11."
     assert told(undone) == told(before)
-    refused, _ = walk.after(walk.live.undo, Refused)
+    refused, _ = walk.after(UndoLast(), Refused)
     assert refused.sentence == "There is nothing to undo."
 
 
@@ -485,13 +508,13 @@ def test_marks_of_the_history_can_be_undone(walk: Walked) -> None:
     before = walk.shoot(read(11, 3))
     assert before.shown is not None and before.shown.record.reading is not None
     capture = before.shown.id
-    _, crowned = walk.after(lambda: walk.live.king(capture, 1), Done)
-    _, added = walk.after(lambda: walk.live.add_by_hand(capture, 9.5), Done)
+    _, crowned = walk.after(CrownKing(capture, 1), Done)
+    _, added = walk.after(AddByHand(capture, 9.5), Done)
     assert crowned.shown is not None and added.shown is not None
     assert [f.marks for f in crowned.shown.target] == [(), (MarkKind.KING,), ()]
     assert (crowned.shown.living, added.shown.living) == (3, 4)
     for _ in range(2):
-        done, state = walk.after(walk.live.undo, Done)
+        done, state = walk.after(UndoLast(), Done)
         assert done.sentence == "Undone: the mark on tag 11."
     assert told(state) == told(before)
 
@@ -501,12 +524,12 @@ def test_marks_that_make_no_sense_are_refused(walk: Walked) -> None:
     state = walk.shoot(read(11, 3))
     assert state.shown is not None
     capture = state.shown.id
-    commands: list[Callable[[], None]] = [
-        lambda: walk.live.king(capture, 4),
-        lambda: walk.live.king("no picture", 0),
-        lambda: walk.live.add_by_hand(capture, 0.0),
-        lambda: walk.live.add_by_hand(capture, float("nan")),
-        lambda: walk.live.add_by_hand("no picture", 9.0),
+    commands: list[Command] = [
+        CrownKing(capture, 4),
+        CrownKing("no picture", 0),
+        AddByHand(capture, 0.0),
+        AddByHand(capture, float("nan")),
+        AddByHand("no picture", 9.0),
     ]
     for command in commands:
         _, after = walk.after(command, Refused)
@@ -524,8 +547,8 @@ def test_a_correction_of_the_tag_can_be_undone(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(12, status=RETAKE, code=ReasonCode.WRONG_TAG))
     walk.analysis.outcomes.append(read(12))
-    walk.after(lambda: walk.live.correct_tag(12), VerdictReady)
-    done, state = walk.after(walk.live.undo, Done)
+    walk.after(CorrectTag(12), VerdictReady)
+    done, state = walk.after(UndoLast(), Done)
     assert done.sentence == "Undone: the tag's correction on tag 11."
     assert (state.tag_id, state.shown is not None) == (11, True)
 
@@ -533,17 +556,17 @@ def test_a_correction_of_the_tag_can_be_undone(walk: Walked) -> None:
 def test_undoing_adds_rows_and_removes_none(walk: Walked) -> None:
     walk.start()
     walk.shoot(read(11))
-    walk.after(walk.live.accept, Done)
-    walk.after(walk.live.undo, Done)
+    walk.after(Accept(), Done)
+    walk.after(UndoLast(), Done)
     kinds = [row["kind"] for row in rows(walk.store.database, "SELECT kind FROM entry")]
     assert kinds.count("decision") == kinds.count("undo") == 1
 
 
 def test_stepping_goes_round_the_route(walk: Walked) -> None:
     walk.start()
-    _, state = walk.after(lambda: walk.live.step(-1), Done)
+    _, state = walk.after(Step(-1), Done)
     assert state.tag_id == 22
-    _, state = walk.after(lambda: walk.live.step(1), Done)
+    _, state = walk.after(Step(1), Done)
     assert state.tag_id == 11
 
 
@@ -551,12 +574,12 @@ def test_when_all_is_done_it_is_said(walk: Walked) -> None:
     walk.store.append(Route(walk.made.block, walk.made.tags))
     walk.start()
     for _ in range(3):
-        walk.after(walk.live.skip, Done)
-    _, state = walk.after(walk.live.skip, Done)
+        walk.after(SkipCluster(), Done)
+    _, state = walk.after(SkipCluster(), Done)
     assert (state.tag_id, state.next_tag) == (None, None)
-    refused, _ = walk.after(walk.live.accept, Refused)
+    refused, _ = walk.after(Accept(), Refused)
     assert refused.sentence.startswith("Skipped: tags 11, 12, 21, 22.")
-    doubt, _ = walk.after(walk.live.shoot, Doubted)
+    doubt, _ = walk.after(Shoot(), Doubted)
     assert doubt.sentence == (
         "Skipped: tags 11, 12, 21, 22. Take one that the route does not have?"
     )
@@ -568,7 +591,7 @@ def test_all_clusters_are_done_where_all_were_accepted(walk: Walked) -> None:
     for tag_id in walk.made.tags:
         walk.made.accept(walk.visit, tag_id)
     assert walk.start().tag_id is None
-    doubt, _ = walk.after(walk.live.shoot, Doubted)
+    doubt, _ = walk.after(Shoot(), Doubted)
     assert doubt.sentence.startswith("All clusters are done.")
     assert walk.camera.taken == 0
 

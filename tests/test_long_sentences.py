@@ -15,7 +15,7 @@ from fieldcam.camera.usb3vision.usb_faults import device_error
 from fieldcam.session.calibrating import MISSING
 from fieldcam.session.events import CameraReady, CameraTrouble, LiveEvent
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.queries.walks import ClusterState
 from fieldcam.tui.news import news
 from fieldcam.tui.telling import progress
 

@@ -17,13 +17,21 @@ from fieldcam.analysis.status import State
 from fieldcam.analysis.status import Status as AnalysisStatus
 from fieldcam.calibration.stored_drift import TagSizes
 from fieldcam.session.battery import Battery
-from fieldcam.session.days import cluster_days
+from fieldcam.session.commands import (
+    AcceptPicture,
+    AddByHand,
+    CrownKing,
+    GoTo,
+    RestartAnalysis,
+    UndoFruit,
+)
 from fieldcam.session.events import Refused
+from fieldcam.session.over_days.days import cluster_days
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.judgement_rows import Action, Decision, FruitletMark, MarkKind, Note, Skip
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import Action, Decision, FruitletMark, MarkKind, Note, Skip
 from fieldcam.store.space import Space
-from fieldcam.store.walks import ClusterState
 from fieldcam.tui.block_screen import duration
 from fieldcam.tui.device_words import (
     Disk,
@@ -131,7 +139,7 @@ def test_marks_go_to_the_picture_that_is_shown(past: Past) -> None:
 
     asked = drive(SMALL, script).walk.asked
     capture = past.pictures[1]
-    assert asked == [("king", capture, 2), ("add_by_hand", capture, 9.5), ("undo_fruit", 11)]
+    assert asked == [CrownKing(capture, 2), AddByHand(capture, 9.5), UndoFruit(11)]
 
 
 def test_a_picture_without_a_decision_is_decided_on_walk(past: Past) -> None:
@@ -150,7 +158,7 @@ def test_a_picture_without_a_decision_is_decided_on_walk(past: Past) -> None:
         await driven.press("x", "enter", "y")
 
     asked = drive(SMALL, script).walk.asked
-    assert [each[0] for each in asked] == ["go_to", "accept_picture"]
+    assert [type(each) for each in asked] == [GoTo, AcceptPicture]
 
 
 @pytest.mark.parametrize("view", [1, 12])
@@ -223,7 +231,7 @@ def test_enter_goes_to_a_missing_cluster(past: Past) -> None:
         await driven.press("down", "enter")
         assert "Walk   North" in driven.text
 
-    assert drive(SMALL, script).walk.asked == [("go_to", 21)]
+    assert drive(SMALL, script).walk.asked == [GoTo(21)]
 
 
 def test_when_nothing_is_missing_it_is_said(past: Past) -> None:
@@ -246,7 +254,7 @@ def test_the_analysis_can_be_started_again(past: Past) -> None:
         await driven.tell(Refused("It runs."))
         assert "It runs." in driven.text
 
-    assert drive(SMALL, script).walk.asked == [("restart_analysis",)]
+    assert drive(SMALL, script).walk.asked == [RestartAnalysis()]
 
 
 def test_a_store_that_cannot_be_read_is_said(past: Past) -> None:

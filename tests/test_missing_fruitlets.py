@@ -12,14 +12,15 @@ from screens import LARGE, SMALL, Driven, drive
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.growth.places import Place, Track
+from fieldcam.session.commands import Accept, TellMissing, UndoLast
 from fieldcam.session.events import Done, Refused, VerdictReady
-from fieldcam.session.growing import FollowedCluster
+from fieldcam.session.over_days.growing import FollowedCluster
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.fruit_rows import MissingWord
-from fieldcam.store.judgement_rows import Answer, FruitletMark, MarkKind
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.fruit import MissingWord
+from fieldcam.store.rows.judgements import Answer, FruitletMark, MarkKind
+from fieldcam.store.rows.row import EntryId
 from fieldcam.tui.news import news
 from fieldcam.tui.sound import Tune
 from fieldcam.values import Status, Verdict
@@ -81,8 +82,8 @@ def test_two_days_opens_from_confirm_for_the_picture_that_is_not_decided(
         assert driven.text.startswith(" Walk")
 
     assert drive(size, script).walk.asked == [
-        ("tell_missing", asked.capture, asked.place(3), Answer.FALLEN),
-        ("tell_missing", asked.capture, asked.place(4), Answer.HIDDEN),
+        TellMissing(asked.capture, asked.place(3), Answer.FALLEN),
+        TellMissing(asked.capture, asked.place(4), Answer.HIDDEN),
     ]
 
 
@@ -101,7 +102,7 @@ def test_one_that_has_no_row_is_told_too(asked: Asked, monkeypatch: pytest.Monke
         await driven.press("h")
 
     asked_for = drive(SMALL, script).walk.asked
-    assert asked_for == [("tell_missing", asked.capture, None, Answer.HIDDEN)]
+    assert asked_for == [TellMissing(asked.capture, None, Answer.HIDDEN)]
 
 
 def test_after_the_last_answer_the_walk_goes_on(asked: Asked) -> None:
@@ -142,7 +143,7 @@ def test_what_was_told_is_shown_and_the_next_one_is_asked_for(asked: Asked) -> N
         await driven.tell(Refused("It cannot be."))
         assert "It cannot be." in driven.text
 
-    assert drive(SMALL, script).walk.asked == [("undo",)]
+    assert drive(SMALL, script).walk.asked == [UndoLast()]
 
 
 def test_what_has_no_depth_is_drawn_and_told(asked: Asked, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -192,4 +193,4 @@ def test_more_than_last_visit_is_a_question(asked: Asked) -> None:
         assert "Enter keeps all" in said
         await driven.press("enter")
 
-    assert drive(SMALL, script).walk.asked == [("accept",)]
+    assert drive(SMALL, script).walk.asked == [Accept()]

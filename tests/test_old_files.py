@@ -11,8 +11,8 @@ from stored_walks import FIRST_DAY, MadeWalk, small_store
 
 from fieldcam.session import events
 from fieldcam.session.old_files import OldFiles
-from fieldcam.store.integrity import NEWEST
-from fieldcam.store.startup import startup_check
+from fieldcam.store.recovery.integrity import NEWEST
+from fieldcam.store.recovery.startup import startup_check
 from fieldcam.tui.news import news
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
@@ -12,13 +13,29 @@ from live_walks import ToldCamera, Walked, read, walked
 from stored_walks import FIRST_DAY
 
 from fieldcam.camera.port import FlashStereoDevice
+from fieldcam.session.commands import (
+    Accept,
+    AnswerQuestion,
+    Command,
+    CorrectTag,
+    GoTo,
+    NextTree,
+    OtherTarget,
+    Retake,
+    SecondView,
+    Shoot,
+    SkipCluster,
+    Step,
+    Strike,
+)
 from fieldcam.session.events import Changed, DayDoubted, Done, Refused, Saved, VerdictReady
-from fieldcam.session.live import LiveWalk
+from fieldcam.session.set_up.today import AnotherDay
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.store.blocks import tree_of_tags
-from fieldcam.store.history import CaptureRecord, visit_captures
-from fieldcam.store.orchard_rows import Block
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.queries.blocks import tree_of_tags
+from fieldcam.store.queries.history import CaptureRecord, visit_captures
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import Answer
+from fieldcam.store.rows.orchard import Block
 from fieldcam.values import RawPair
 
 BUSY = "A picture is being taken: wait until it is saved."
@@ -65,7 +82,7 @@ def exposing(walk: Walked) -> Iterator[None]:
     assert isinstance(camera, SlowCamera)
     camera.begun.clear()
     camera.go_on.clear()
-    walk.live.shoot()
+    walk.live.do(Shoot())
     assert camera.begun.wait(10)
     walk.heard.until(lambda state: state.camera is CameraState.EXPOSING)
     yield
@@ -85,26 +102,26 @@ def test_presses_do_not_queue(walk: Walked) -> None:
     """Space three times at tag 11, Enter twice: one picture, which nothing undoes."""
     walk.start()
     with exposing(walk):
-        for press in (walk.live.shoot, walk.live.shoot, walk.camera.press, walk.live.second_view):
+        for press in (Shoot(), Shoot(), walk.camera.press, SecondView()):
             assert walk.after(press, Refused)[0].sentence == BUSY
         walk.analysis.outcomes.append(read(11))
     walk.heard.next(VerdictReady)
-    walk.after(walk.live.accept, Done)
-    refused, state = walk.after(walk.live.accept, Refused)
+    walk.after(Accept(), Done)
+    refused, state = walk.after(Accept(), Refused)
     assert refused.sentence == "There is no picture of this cluster yet."
     assert (state.tag_id, [record.tag_id for record in taken(walk)]) == (12, [11])
     stop = state.route.stop(11)
     assert stop is not None and stop.state is ClusterState.ACCEPTED
 
 
-DECISIONS: dict[str, Callable[[LiveWalk], None]] = {
-    "accept": LiveWalk.accept,
-    "retake": LiveWalk.retake,
-    "fallen": LiveWalk.fallen,
-    "hidden": LiveWalk.hidden,
-    "target": LiveWalk.other_target,
-    "strike": lambda live: live.strike(0),
-    "tag": lambda live: live.correct_tag(12),
+DECISIONS: dict[str, Command] = {
+    "accept": Accept(),
+    "retake": Retake(),
+    "fallen": AnswerQuestion(Answer.FALLEN),
+    "hidden": AnswerQuestion(Answer.HIDDEN),
+    "target": OtherTarget(),
+    "strike": Strike(0),
+    "tag": CorrectTag(12),
 }
 
 
@@ -113,16 +130,16 @@ def test_nothing_is_decided_while_the_picture_is_taken_anew(walk: Walked, name: 
     walk.start()
     walk.shoot(read(11))
     with exposing(walk):
-        refused, _ = walk.after(lambda: DECISIONS[name](walk.live), Refused)
+        refused, _ = walk.after(DECISIONS[name], Refused)
         assert refused.sentence == "A picture is being taken here: decide when it is shown."
     state = saved(walk)
     assert state.tag_id == 11 and all(record.action is None for record in taken(walk))
 
 
-MOVES: dict[str, Callable[[LiveWalk], None]] = {
-    "next": lambda live: live.step(1),
-    "far": lambda live: live.go_to(12),
-    "skip": LiveWalk.skip,
+MOVES: dict[str, Command] = {
+    "next": Step(1),
+    "far": GoTo(12),
+    "skip": SkipCluster(),
 }
 
 
@@ -130,7 +147,7 @@ MOVES: dict[str, Callable[[LiveWalk], None]] = {
 def test_a_picture_that_comes_late_takes_nobody_back(walk: Walked, name: str) -> None:
     walk.start()
     with exposing(walk):
-        done, _ = walk.after(lambda: MOVES[name](walk.live), Done)
+        done, _ = walk.after(MOVES[name], Done)
         assert "not taken" not in done.sentence
     state = saved(walk)
     assert state.tag_id == 12
@@ -144,8 +161,8 @@ def test_a_picture_that_comes_late_takes_nobody_back(walk: Walked, name: str) ->
 def test_whoever_comes_back_finds_the_picture(walk: Walked) -> None:
     walk.start()
     with exposing(walk):
-        walk.after(lambda: walk.live.step(1), Done)
-        walk.after(lambda: walk.live.step(-1), Done)
+        walk.after(Step(1), Done)
+        walk.after(Step(-1), Done)
     state = saved(walk)
     assert state.tag_id == 11 and state.shown is not None
 
@@ -156,14 +173,14 @@ def test_moving_on_drops_what_waits(tmp_path: Path, name: str) -> None:
         camera = walk.camera = LateCamera()
         walk.start()
         assert camera.asked.wait(10)
-        walk.live.shoot()
+        walk.live.do(Shoot())
         walk.heard.until(lambda state: state.camera is CameraState.EXPOSING)
-        done, state = walk.after(lambda: MOVES[name](walk.live), Done)
+        done, state = walk.after(MOVES[name], Done)
         assert done.sentence.endswith("The picture of tag 11 that waited was not taken.")
         assert state.camera is not CameraState.EXPOSING
         camera.go_on.set()
         walk.heard.until(lambda state: state.camera is CameraState.READY)
-        walk.after(walk.live.shoot, Saved)
+        walk.after(Shoot(), Saved)
         assert [record.tag_expected for record in taken(walk)] == [12]
 
 
@@ -175,9 +192,9 @@ def test_a_new_tag_joins_the_tree_where_it_was_fired(tmp_path: Path) -> None:
         walk.camera = SlowCamera()
         walk.start()
         walk.shoot(read(5))
-        walk.after(walk.live.accept, Done)
+        walk.after(Accept(), Done)
         with exposing(walk):
-            done, _ = walk.after(walk.live.next_tree, Done)
+            done, _ = walk.after(NextTree(), Done)
             assert done.sentence.startswith("Tree 2")
             walk.analysis.outcomes.append(read(6))
         walk.heard.next(VerdictReady)
@@ -189,10 +206,11 @@ def test_a_new_tag_joins_the_tree_where_it_was_fired(tmp_path: Path) -> None:
 
 def test_a_picture_of_another_day_waits_for_an_answer(walk: Walked) -> None:
     """The camera's own button is no way around it."""
-    asked = ["This walk is of 21 May 2026.", "This walk is of 21 May 2026.", None]
-    walk.start(day_question=lambda: asked.pop(0))
-    for press in (walk.live.shoot, lambda: walk.camera.press()):
+    day = AnotherDay(FIRST_DAY, FIRST_DAY + timedelta(days=1))
+    asked = [day, day, None]
+    walk.start(another_day=lambda: asked.pop(0))
+    for press in (Shoot(), lambda: walk.camera.press()):
         doubt, _ = walk.after(press, DayDoubted)
-        assert doubt.sentence == "This walk is of 21 May 2026."
+        assert doubt.day == day
     assert taken(walk) == []
-    walk.after(walk.live.shoot, Saved)
+    walk.after(Shoot(), Saved)

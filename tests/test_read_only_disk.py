@@ -17,8 +17,8 @@ from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.folder import DataKind
 from fieldcam.store.migrations import steps
 from fieldcam.store.read_only import open_read_only
+from fieldcam.store.rows.walk import Visit
 from fieldcam.store.store import open_store
-from fieldcam.store.walk_rows import Visit
 
 
 @contextmanager

@@ -20,8 +20,8 @@ from fieldcam.cli import demo, main
 from fieldcam.errors import CameraUnplugged, ExitCode, ImageUnreadable
 from fieldcam.exchange.capture_folder import CaptureFile, read_capture_folder
 from fieldcam.exchange.images import write_png
-from fieldcam.store.judgement_rows import Skip
-from fieldcam.store.walks import walk_route
+from fieldcam.store.queries.walks import walk_route
+from fieldcam.store.rows.judgements import Skip
 from fieldcam.tui.replayed import by_day, choose_visit
 from fieldcam.values import RawPair
 

@@ -8,7 +8,7 @@ import pytest
 from made_states import AIM
 from screens import LARGE, SMALL, Driven, drive
 
-from fieldcam.store.walks import ClusterState, Stop, WalkRoute
+from fieldcam.store.queries.walks import ClusterState, Stop, WalkRoute
 
 STATES = list(ClusterState)
 

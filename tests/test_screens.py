@@ -16,6 +16,22 @@ from textual.widgets import Input
 from fieldcam.analysis.status import State
 from fieldcam.analysis.status import Status as AnalysisStatus
 from fieldcam.errors import CameraUnplugged, StorageFull
+from fieldcam.session.commands import (
+    Accept,
+    AnswerQuestion,
+    CorrectTag,
+    GoTo,
+    NextTree,
+    OtherTarget,
+    Retake,
+    SecondView,
+    Shoot,
+    SkipCluster,
+    Step,
+    Strike,
+    UndoLast,
+    WriteNote,
+)
 from fieldcam.session.events import (
     CameraTrouble,
     Done,
@@ -28,8 +44,8 @@ from fieldcam.session.events import (
 )
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.judgement_rows import Action, MarkKind
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import Action, Answer, MarkKind
 from fieldcam.tui.buttons import BigButton
 from fieldcam.tui.letters import BLOCK
 from fieldcam.tui.news import news
@@ -243,24 +259,24 @@ def test_no_key_works_unseen(tmp_path: Path, opened: tuple[str, ...]) -> None:
         await driven.press("escape", "escape", "space")
         assert "needs a window" not in driven.text
 
-    assert drive(SMALL, script).walk.asked == [("shoot",)]
+    assert drive(SMALL, script).walk.asked == [Shoot()]
 
 
 KEYS = {
-    "space": ("shoot",),
-    "enter": ("accept",),
-    "r": ("retake",),
-    "backspace": ("retake",),
-    "s": ("second_view",),
-    "f": ("fallen",),
-    "h": ("hidden",),
-    "c": ("other_target",),
-    "x": ("strike", 0),
-    "k": ("skip",),
-    "u": ("undo",),
-    "left": ("step", -1),
-    "right": ("step", 1),
-    "w": ("next_tree",),
+    "space": Shoot(),
+    "enter": Accept(),
+    "r": Retake(),
+    "backspace": Retake(),
+    "s": SecondView(),
+    "f": AnswerQuestion(Answer.FALLEN),
+    "h": AnswerQuestion(Answer.HIDDEN),
+    "c": OtherTarget(),
+    "x": Strike(0),
+    "k": SkipCluster(),
+    "u": UndoLast(),
+    "left": Step(-1),
+    "right": Step(1),
+    "w": NextTree(),
 }
 
 
@@ -279,7 +295,7 @@ def test_arrows_choose_the_fruitlet_that_is_marked(tmp_path: Path) -> None:
         await driven.press("down", "down", "x", "up", "x", "up", "up", "x")
 
     asked = drive(SMALL, script).walk.asked
-    assert asked == [("strike", 2), ("strike", 1), ("strike", 4)]
+    assert asked == [Strike(2), Strike(1), Strike(4)]
 
 
 def test_a_note_and_a_tag_are_typed(tmp_path: Path) -> None:
@@ -290,7 +306,7 @@ def test_a_note_and_a_tag_are_typed(tmp_path: Path) -> None:
         await driven.press("t", "5", "escape")
         assert not driven.app.screen.query(Input)
 
-    assert drive(SMALL, script).walk.asked == [("note", "a leaf"), ("correct_tag", 21)]
+    assert drive(SMALL, script).walk.asked == [WriteNote("a leaf"), CorrectTag(21)]
 
 
 def test_a_tag_is_not_asked_for_without_a_picture() -> None:
@@ -317,7 +333,7 @@ def test_big_buttons_do_what_their_keys_do(size: tuple[int, int], tmp_path: Path
         await driven.settle()
 
     asked = drive(size, script).walk.asked
-    assert asked == [("shoot",), ("accept",), ("retake",), ("hidden",)]
+    assert asked == [Shoot(), Accept(), Retake(), AnswerQuestion(Answer.HIDDEN)]
 
 
 def test_a_doubt_takes_no_key_that_was_meant_for_the_walk() -> None:
@@ -394,7 +410,7 @@ def test_the_route_goes_to_any_cluster() -> None:
         await driven.press("o", "down", "enter")
         assert "aim, press Space" in driven.text
 
-    assert drive(SMALL, script).walk.asked == [("go_to", 22)]
+    assert drive(SMALL, script).walk.asked == [GoTo(22)]
 
 
 def test_the_route_has_a_cursor_where_no_cluster_is_due() -> None:
@@ -404,7 +420,7 @@ def test_the_route_has_a_cursor_where_no_cluster_is_due() -> None:
         assert "There is no cluster here: arrows choose one." in driven.text
         assert "cluster 1" in driven.text
 
-    assert drive(SMALL, script).walk.asked == [("go_to", 11), ("go_to", 21)]
+    assert drive(SMALL, script).walk.asked == [GoTo(11), GoTo(21)]
 
 
 def test_what_was_not_saved_stays_until_something_is() -> None:
@@ -474,7 +490,11 @@ def test_letters_mean_the_same_with_caps_lock() -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(AIM)
         await driven.press("F", "H", "U")
-        assert driven.walk.asked == [("fallen",), ("hidden",), ("undo",)]
+        assert driven.walk.asked == [
+            AnswerQuestion(Answer.FALLEN),
+            AnswerQuestion(Answer.HIDDEN),
+            UndoLast(),
+        ]
 
     drive(SMALL, script)
 

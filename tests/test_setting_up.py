@@ -12,14 +12,14 @@ from stored_walks import FIRST_DAY, small_store
 
 from fieldcam.errors import BadInput, StorageFull
 from fieldcam.exchange.route_table import read_route
-from fieldcam.session.setting_up import SetUp, SetUpState
-from fieldcam.session.today import day_of
+from fieldcam.session.set_up.setting_up import SetUp, SetUpState
+from fieldcam.session.set_up.today import AnotherDay, day_of
 from fieldcam.store.clock import Moment
 from fieldcam.store.connection import rows
-from fieldcam.store.orchard_rows import Block, Setting
+from fieldcam.store.queries.walks import walk_route
+from fieldcam.store.rows.orchard import Block, Setting
+from fieldcam.store.rows.walk import Event, EventKind
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import Event, EventKind
-from fieldcam.store.walks import walk_route
 
 BLOOM, TARGET = Setting.BLOOM_CLUSTERS_PER_TREE, Setting.TARGET_FRUIT_PER_TREE
 
@@ -156,22 +156,21 @@ def test_a_block_of_another_season_is_asked_about(told: Told, north: SetUp) -> N
 
 def test_the_calendar_may_go_on_while_a_visit_is_walked(told: Told, north: SetUp) -> None:
     north.open_visit(FIRST_DAY)
-    assert north.day_question() is None
+    assert north.another_day() is None
     told.day += timedelta(days=4)
-    question = north.day_question()
-    assert question is not None and "This walk is of 21 May 2026" in question
+    assert north.another_day() == AnotherDay(FIRST_DAY, FIRST_DAY + timedelta(days=4))
     north.keep_day()
-    assert north.day_question() is None
+    assert north.another_day() is None
     told.day += timedelta(days=1)
-    assert north.day_question() is not None
+    assert north.another_day() is not None
     told.day = FIRST_DAY
-    assert north.day_question() is None, "the clock was put right"
+    assert north.another_day() is None, "the clock was put right"
 
 
 def test_a_clock_that_the_operator_overruled_is_not_asked_about(told: Told, north: SetUp) -> None:
     told.day = date(2000, 1, 1)
     north.open_visit(FIRST_DAY)
-    assert north.day_question() is None
+    assert north.another_day() is None
 
 
 @pytest.mark.parametrize(

@@ -15,13 +15,15 @@ from textual.geometry import Offset
 from textual.widgets import Input, OptionList
 
 from fieldcam.errors import BadInput, StorageFull
-from fieldcam.session.automatic import Automatic
+from fieldcam.session.aim.automatic import Automatic
+from fieldcam.session.commands import Shoot, WriteNote
 from fieldcam.session.events import DayDoubted
-from fieldcam.session.setting_up import SetUp
-from fieldcam.store.blocks import VisitSummary
-from fieldcam.store.blocks import visits as visits_of
+from fieldcam.session.set_up.setting_up import SetUp
+from fieldcam.session.set_up.today import AnotherDay
 from fieldcam.store.connection import rows
-from fieldcam.store.orchard_rows import Block, Setting
+from fieldcam.store.queries.blocks import VisitSummary
+from fieldcam.store.queries.blocks import visits as visits_of
+from fieldcam.store.rows.orchard import Block, Setting
 from fieldcam.store.space import Space
 from fieldcam.store.store import Store
 from fieldcam.tui import answers
@@ -328,7 +330,7 @@ def test_another_block_is_another_walk(north: SetUp) -> None:
         await choose(driven, Subject.BLOCK)
         await driven.press("home", "down", "enter", "escape")
         assert isinstance(driven.app.screen, WalkScreen)
-        assert (driven.started, driven.walk.asked) == (2, [("close",)])
+        assert (driven.started, driven.walk.asked) == (2, ["close"])
 
     drive(SMALL, script, setup=north)
 
@@ -340,7 +342,7 @@ def test_an_operator_is_asked_for_once_and_never_needed(setup: SetUp, store: Sto
     async def script(driven: Driven) -> None:
         assert "Who walks?" in driven.text
         await driven.press("escape", "space")
-        assert driven.walk.asked == [("shoot",)]
+        assert driven.walk.asked == [Shoot()]
 
     drive(SMALL, script, setup=setup)
     assert store.operator is None
@@ -401,7 +403,7 @@ def test_a_walk_that_outlives_its_day_is_asked_about(
 
     async def script(driven: Driven) -> None:
         clock.day = FIRST_DAY + timedelta(days=4)
-        await driven.tell(AIM, DayDoubted("A picture was asked for."))
+        await driven.tell(AIM, DayDoubted(AnotherDay(FIRST_DAY, clock.day)))
         driven.app._look_at_the_calendar()
         await driven.settle()
         question = "This walk is of 21 May 2026, and the clock says 25 May 2026 now."
@@ -419,7 +421,7 @@ def test_a_walk_that_outlives_its_day_is_asked_about(
         await driven.press("y")
         assert isinstance(driven.app.screen, WalkScreen)
         assert driven.app.automatic.on and driven.app.automatic.may(AIM)
-        assert (driven.started, driven.walk.asked) == (2, [("close",)])
+        assert (driven.started, driven.walk.asked) == (2, ["close"])
 
     drive(SMALL, script, setup=north)
     assert [visit.day for visit in visits(store, north)] == [FIRST_DAY, date(2026, 5, 26)]
@@ -434,7 +436,7 @@ def test_the_calendar_takes_no_letters_from_what_is_typed(north: SetUp, clock: C
         clock.day = FIRST_DAY + timedelta(days=4)
         driven.app._look_at_the_calendar()
         await driven.press(*"any", "enter")
-        assert driven.walk.asked == [("note", "any")]
+        assert driven.walk.asked == [WriteNote("any")]
 
     drive(SMALL, script, setup=north)
 
@@ -451,7 +453,7 @@ def test_the_size_of_the_cards_is_set_up(north: SetUp) -> None:
         assert "Side of a tag's square, mm  30" in driven.text
         await driven.press("escape")
         assert isinstance(driven.app.screen, WalkScreen)
-        assert (driven.started, driven.walk.asked) == (2, [("close",)])
+        assert (driven.started, driven.walk.asked) == (2, ["close"])
 
     drive(SMALL, script, setup=north)
     assert north.state().number(Setting.TAG_SIZE_MM) == 30.0

@@ -20,9 +20,9 @@ from fieldcam.errors import ExitCode
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.state import CameraState
 from fieldcam.store.folder import DataKind
-from fieldcam.store.judgement_rows import Skip
+from fieldcam.store.queries.walks import walk_route
+from fieldcam.store.rows.judgements import Skip
 from fieldcam.store.store import Store, open_store
-from fieldcam.store.walks import walk_route
 from fieldcam.tui import simulated
 from fieldcam.tui.simulated import _block, _visit
 from fieldcam.tui.telling import banner

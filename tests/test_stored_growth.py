@@ -15,10 +15,10 @@ from stored_walks import MadeWalk, raw_pair, small_store
 from fieldcam.errors import ExitCode
 from fieldcam.exchange.calipers.wide import wide_table
 from fieldcam.growth.records import Source
-from fieldcam.session.days import block_days, cluster_days
+from fieldcam.session.over_days.days import block_days, cluster_days
 from fieldcam.simulator.plan import Block as PlannedBlock
-from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.orchard_rows import Block
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.orchard import Block
 
 
 @pytest.fixture

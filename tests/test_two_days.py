@@ -18,8 +18,9 @@ from stored_walks import FIRST_DAY, MadeWalk, small_store
 
 from fieldcam.growth.places import Place, Track, TrackedVisit, Word
 from fieldcam.growth.records import Presence, Sighting
+from fieldcam.session.commands import MatchFruit, NameFruit, UndoMatch
 from fieldcam.session.events import Done
-from fieldcam.session.growing import FollowedCluster, word_row
+from fieldcam.session.over_days.growing import FollowedCluster, word_row
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.space import Space
@@ -93,12 +94,12 @@ def test_one_key_says_who_a_fruitlet_is(walked: Walked) -> None:
 
     one, other = walked.one, walked.other
     assert drive(SMALL, script).walk.asked == [
-        ("match", Word(Place(one, 0), Place(other, 1))),
-        ("match", Word(Place(one, 1), None, other)),
+        MatchFruit(Word(Place(one, 0), Place(other, 1))),
+        MatchFruit(Word(Place(one, 1), None, other)),
         # From the last row, whose fruitlet the later picture does not show.
-        ("match", Word(Place(one, 4), Place(other, 2))),
-        ("match", Word(Place(one, 4), None, other)),
-        ("undo_match", 11),
+        MatchFruit(Word(Place(one, 4), Place(other, 2))),
+        MatchFruit(Word(Place(one, 4), None, other)),
+        UndoMatch(11),
     ]
 
 
@@ -217,7 +218,7 @@ def test_clicks_choose_on_the_left_and_match_on_the_right(walked: Walked) -> Non
         assert ">  4" in driven.text
 
     word = Word(Place(walked.one, 3), Place(walked.other, 2))
-    assert drive(LARGE, script).walk.asked == [("match", word)]
+    assert drive(LARGE, script).walk.asked == [MatchFruit(word)]
 
 
 def test_all_pictures_of_all_days_can_be_compared(walked: Walked) -> None:
@@ -365,5 +366,6 @@ def test_every_cluster_with_pictures_is_reached_without_a_route(walked: Walked) 
         assert "Tag 11" in driven.text
 
     (measured, matched) = drive(SMALL, script).walk.asked
-    assert (measured[0], measured[2:]) == ("name_fruit", (0, "fl3", 9.5))
-    assert matched == ("match", Word(Place(one, 0), Place(other, 1)))
+    assert isinstance(measured, NameFruit)
+    assert measured == NameFruit(measured.capture, 0, "fl3", 9.5)
+    assert matched == MatchFruit(Word(Place(one, 0), Place(other, 1)))

@@ -12,8 +12,8 @@ from stored_walks import MadeWalk, small_store
 
 from fieldcam.session.summary import WalkSummary
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.judgement_rows import Action, Decision, FruitletMark, MarkKind, Skip
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import Action, Decision, FruitletMark, MarkKind, Skip
 from fieldcam.tui.telling import all_done, summed_up, what_next
 
 SUMMARY = WalkSummary(8, 1, 2, 3, 1, (9, 10), True)

@@ -18,7 +18,7 @@ from fieldcam.exchange.holes import torn_eyes
 from fieldcam.exchange.images import decode_image
 from fieldcam.models import find_models, verify_model
 from fieldcam.store.captures import SavedCapture, load_raw
-from fieldcam.store.lookups import cards_of
+from fieldcam.store.queries.lookups import cards_of
 from fieldcam.values import (
     Calibration,
     ClusterReading,

@@ -153,12 +153,12 @@ def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredV
     from fieldcam.session.recording import StoredVisit
     from fieldcam.simulator import calibration_of
     from fieldcam.simulator.capture import FIRST_DAY
-    from fieldcam.store import orchard_rows
+    from fieldcam.store.rows import orchard
 
     clusters = number_of(len(block.clusters), "cluster")
     name = f"Row {block.seed}, {clusters}, walked without a screen"
     store.sign_in("demo")
-    stored = store.block(orchard_rows.Block(name))
+    stored = store.block(orchard.Block(name))
     calibration = store.keep_calibration(rectified_file(calibration_of(block)))
     for day in days:
         visit = store.visit(stored, (FIRST_DAY + timedelta(days=day)).date())

@@ -90,7 +90,7 @@ def _machine() -> Check:
 
 
 def _clock() -> Check:
-    from fieldcam.session.today import clock_doubt, day_of
+    from fieldcam.session.set_up.today import clock_doubt, day_of
     from fieldcam.store.clock import now
 
     day = day_of(now())

@@ -45,8 +45,8 @@ def _wide(arguments: argparse.Namespace) -> None:
 def _followed(arguments: argparse.Namespace) -> BlockRecord:
     """The block's fruitlets, followed as `fieldcam growth` does."""
     from fieldcam.growth.places import Association
-    from fieldcam.session.block_growth import block_record, known_clusters
-    from fieldcam.session.growing import block_rows
+    from fieldcam.session.over_days.block_growth import block_record, known_clusters
+    from fieldcam.session.over_days.growing import block_rows
 
     method = Association.GEOMETRY
     with looked_at(arguments.data) as store:

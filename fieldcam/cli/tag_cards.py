@@ -57,9 +57,9 @@ def _print(arguments: argparse.Namespace) -> None:
 
 def _print_for_block(arguments: argparse.Namespace, last: int) -> None:
     """The walk will take the cards for what they are."""
-    from fieldcam.store.blocks import block_named, tag_size_mm
     from fieldcam.store.folder import DataKind, data_path
-    from fieldcam.store.orchard_rows import Block, BlockSetting, Setting
+    from fieldcam.store.queries.blocks import block_named, tag_size_mm
+    from fieldcam.store.rows.orchard import Block, BlockSetting, Setting
     from fieldcam.store.store import open_store
 
     with open_store(data_path(arguments.data), DataKind.FIELD) as store:

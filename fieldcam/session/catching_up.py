@@ -10,19 +10,19 @@ from time import perf_counter
 from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import AnalysisOff, FieldcamError, ReadingDamaged
 from fieldcam.session.calibrating import OwnCalibration
-from fieldcam.session.learning import learned
+from fieldcam.session.deciding.learning import learned
 from fieldcam.session.viewing import WalkView, expected_at
 from fieldcam.session.walk import Analyst
 from fieldcam.store.connection import rows
 from fieldcam.store.folder import DataKind
-from fieldcam.store.imports import failed_alike
-from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.lookups import row_of
+from fieldcam.store.queries.imports import failed_alike
+from fieldcam.store.queries.lookups import row_of
+from fieldcam.store.queries.resuming import Waiting, waiting_for_analysis
 from fieldcam.store.readings import reading_row, stored_reading
-from fieldcam.store.resuming import Waiting, waiting_for_analysis
-from fieldcam.store.rows import Row
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.row import Row
+from fieldcam.store.rows.walk import AnalysisFailure
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import AnalysisFailure
 from fieldcam.values import Calibration, Expectation, Status
 
 

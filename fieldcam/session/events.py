@@ -6,7 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fieldcam.errors import FieldcamError
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.cue import Cue
+from fieldcam.session.doubt import Instead
+from fieldcam.session.set_up.today import AnotherDay
 from fieldcam.session.state import WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import ImageU8, Verdict
@@ -89,6 +91,7 @@ class Refused:
     """A command was not carried out, and why."""
 
     sentence: str
+    instead: Instead | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +106,7 @@ class Doubted:
 class DayDoubted:
     """A picture waits for the answer to whether a new visit begins."""
 
-    sentence: str
+    day: AnotherDay
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,14 +19,14 @@ from fieldcam.exchange.pair_files import PairFiles, read_pair_files
 from fieldcam.session.intake import Fate, Intake, Taken
 from fieldcam.session.recording import StoredVisit
 from fieldcam.session.walk import Analyst
-from fieldcam.store.blocks import tag_size_mm as size_of_cards
 from fieldcam.store.captures import SavedCapture, refuse_other_kind
-from fieldcam.store.history import capture_record
-from fieldcam.store.imports import failed_alike
-from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.orchard_rows import Block, BlockSetting, Setting
+from fieldcam.store.queries.blocks import tag_size_mm as size_of_cards
+from fieldcam.store.queries.history import capture_record
+from fieldcam.store.queries.imports import failed_alike
 from fieldcam.store.readings import reading_row
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.orchard import Block, BlockSetting, Setting
+from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store
 from fieldcam.values import Status, Verdict
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -13,13 +13,13 @@ from typing import Protocol
 from fieldcam.analysis.status import Status
 from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import AnalysisOff, AnalysisTimeout, FieldcamError
+from fieldcam.session.deciding.learning import learned
 from fieldcam.session.events import AnalysisTrouble, Listener, VerdictReady
-from fieldcam.session.learning import learned
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.readings import reading_row
-from fieldcam.store.rows import EntryId
-from fieldcam.store.walk_rows import AnalysisFailure
+from fieldcam.store.rows.row import EntryId
+from fieldcam.store.rows.walk import AnalysisFailure
 from fieldcam.values import Expectation, TagPose
 
 TRIES = 2
@@ -82,6 +82,18 @@ class Readings:
         future.add_done_callback(
             lambda done: self.post(partial(self._keep, saved, expectation, started, done))
         )
+
+    def read_as(self, tag_id: int) -> None:
+        """Have the last picture of a cluster read, with what is expected there."""
+        shown = self.view.shown(tag_id, self.view.route())
+        if shown is None:
+            return
+        expected, summary = self.view.expectation(tag_id), shown.record.reading
+        if summary is not None and summary.tag_read is not None:
+            # The tag that the picture shows is the right one.
+            expected = replace(expected, tag_id=summary.tag_read)
+        saved = SavedCapture(shown.id, shown.left, shown.right, self.view.store.database_path)
+        self.submit(saved, expected, urgent=True)
 
     def take_up(self, again: bool) -> None:
         """Have read what an earlier run of the app, or of the analysis, left unread."""

@@ -8,12 +8,12 @@ from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import FieldcamError
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.clock import now
-from fieldcam.store.judgement_rows import Action, Decision
+from fieldcam.store.queries.walks import expectation
 from fieldcam.store.readings import reading_row
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.row import EntryId
+from fieldcam.store.rows.walk import AnalysisFailure
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import AnalysisFailure
-from fieldcam.store.walks import expectation
 from fieldcam.values import Expectation, RawPair
 
 

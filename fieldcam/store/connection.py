@@ -13,13 +13,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import monotonic, sleep
-from typing import Any
+from typing import Any, TypeVar
 from uuid import uuid4
 
 from sqlite_utils import Database
 
 from fieldcam.errors import StorageBusy, StorageDamaged, StorageError, StorageFull
+from fieldcam.store.rows.row import from_columns
 from fieldcam.words import spelled_out
+
+_Made = TypeVar("_Made")
 
 APPLICATION_ID = 0x66636D31
 """`fcm1` in ASCII: marks a file as fieldcam's."""
@@ -101,6 +104,13 @@ def rows(database: Database, sql: str, *parameters: object) -> list[dict[str, An
     """All rows of a query, fetched at once so that no read holds the WAL open."""
     with storage_errors(database_path(database)):
         return list(database.query(sql, [storable(each) for each in parameters]))
+
+
+def rows_as(
+    database: Database, kind: type[_Made], sql: str, *parameters: object
+) -> tuple[_Made, ...]:
+    """The same as dataclasses of the columns that their fields name."""
+    return tuple(from_columns(kind, row) for row in rows(database, sql, *parameters))
 
 
 def storable(value: object) -> object:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
-from datetime import date, datetime
+from dataclasses import dataclass
+from datetime import datetime
 from typing import Any
 
 from sqlite_utils import Database
@@ -18,9 +18,9 @@ from sqlite_utils import Database
 from fieldcam.store.clock import Moment, utc_text
 from fieldcam.store.connection import rows
 from fieldcam.store.objects import FACTS_SUFFIX, Objects
-from fieldcam.store.orchard_rows import Block
-from fieldcam.store.rows import EntryId, columns
-from fieldcam.store.walk_rows import Capture, Visit
+from fieldcam.store.rows.orchard import Block
+from fieldcam.store.rows.row import EntryId, columns, from_columns
+from fieldcam.store.rows.walk import Capture, Visit
 
 SCHEMA = 1
 
@@ -56,8 +56,7 @@ def facts_of(
     if not found:
         return CaptureFacts(key, capture, shutter, None, None, None)
     row = found[0]
-    block = Block(row["name"], row["orchard"], row["variety"], row["season"])
-    visit = Visit(row["block"], date.fromisoformat(row["day"]))
+    visit, block = from_columns(Visit, row), from_columns(Block, row)
     return CaptureFacts(key, capture, shutter, visit, block, row["tree"])
 
 
@@ -114,15 +113,13 @@ def _readable(objects: Objects) -> Iterator[CaptureFacts]:
 def _load(document: Mapping[str, Any]) -> CaptureFacts:
     if document["schema"] != SCHEMA:
         raise ValueError("these facts are of a form unknown here")
-    row = {each.name: document["capture"][each.name] for each in fields(Capture)}
-    capture = Capture(**row)
     visit, block = document["visit"], document["block"]
     return CaptureFacts(
         id=str(document["id"]),
-        capture=replace(capture, simulated=bool(capture.simulated)),
+        capture=from_columns(Capture, document["capture"]),
         shutter=None if document["shutter"] is None else _loaded(document["shutter"]),
-        visit=None if visit is None else Visit(visit["block"], date.fromisoformat(visit["day"])),
-        block=None if block is None else Block(**block),
+        visit=None if visit is None else from_columns(Visit, visit),
+        block=None if block is None else from_columns(Block, block),
         tree=document["tree"],
     )
 

@@ -13,7 +13,7 @@ from sqlite_utils import Database
 
 from fieldcam.store.clock import Moment, now, utc_text
 from fieldcam.store.connection import database_path, storable, storage_errors, writing
-from fieldcam.store.rows import Draft, EntryId, Row, columns, new_id
+from fieldcam.store.rows.row import Draft, EntryId, Row, columns, new_id
 
 Clock = Callable[[], Moment]
 

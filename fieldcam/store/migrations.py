@@ -1,7 +1,7 @@
 """Brings a database file up to the present schema; never back.
 
 Each file `sql/<n>_<name>.sql` is one step and one transaction, counted by
-`user_version`.
+`user_version`; after the last one the views are renewed.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from fieldcam.store.connection import (
     storage_errors,
     writing,
 )
+from fieldcam.store.views import renew_views, stale_views
 
 
 @cache
@@ -36,6 +37,7 @@ def migrate(database: Database, path: Path) -> int:
     check_version(database, path)
     for version in range(version_of(database) + 1, len(steps()) + 1):
         _apply(database, version)
+    renew_views(database)
     return version_of(database)
 
 
@@ -55,6 +57,11 @@ def check_version(database: Database, path: Path) -> None:
 def version_of(database: Database) -> int:
     """How many steps the file has been through."""
     return int(database.execute("PRAGMA user_version").fetchone()[0])
+
+
+def is_present(database: Database) -> bool:
+    """Whether the file is of this version's form, views included."""
+    return version_of(database) >= len(steps()) and not stale_views(database)
 
 
 def _apply(database: Database, version: int) -> None:

@@ -17,10 +17,10 @@ from sqlite_utils import Database
 from fieldcam.errors import StorageDamaged, StorageError
 from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.folder import DataFolder, known_data_folder
-from fieldcam.store.lost_rows import check_rows
-from fieldcam.store.migrations import check_version, steps, version_of
+from fieldcam.store.migrations import check_version, is_present
 from fieldcam.store.objects import Objects
 from fieldcam.store.private_copy import PrivateCopy
+from fieldcam.store.recovery.lost_rows import check_rows
 from fieldcam.store.seals import DamagedReading, damaged_readings
 from fieldcam.store.space import Space
 from fieldcam.store.store import DATABASE_NAME
@@ -102,7 +102,7 @@ def open_read_only(path: Path) -> ReadOnlyStore:
 def check_form(database: Database, file: Path) -> None:
     """Raises a StorageError where the file is not of this version's form."""
     check_version(database, file)
-    if version_of(database) < len(steps()):
+    if not is_present(database):
         raise StorageError(
             f"{file} was written by an older fieldcam.", "Open it with this version's app once."
         )
@@ -114,7 +114,7 @@ def _is_readable(file: Path) -> bool:
         return True
     try:
         with closing(connect_read_only(file, BUSY_TIMEOUT_S)) as database:
-            return version_of(database) >= len(steps())
+            return is_present(database)
     except StorageDamaged:
         return True
     except StorageError:

@@ -9,10 +9,10 @@ from sqlite_utils import Database
 from fieldcam.codec.forms import FruitletForm
 from fieldcam.codec.readings import EncodedReading, load_reading
 from fieldcam.errors import ReadingInvalid
-from fieldcam.store.lookups import row_of
-from fieldcam.store.rows import EntryId
+from fieldcam.store.queries.lookups import row_of
+from fieldcam.store.rows.row import EntryId
+from fieldcam.store.rows.walk import Reading
 from fieldcam.store.seals import damaged, sealed_document
-from fieldcam.store.walk_rows import Reading
 from fieldcam.values import ClusterReading
 
 

@@ -9,9 +9,9 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.events import ScreenResume, ScreenSuspend
 
-from fieldcam.session.automatic import Automatic
-from fieldcam.session.commands import Walk
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.automatic import Automatic
+from fieldcam.session.aim.cue import Cue
+from fieldcam.session.commands import Shoot, StartPreview, StopPreview, Walk
 from fieldcam.session.events import Previewed
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.tui.aim_telling import aim_banner, automatic_line
@@ -61,10 +61,10 @@ class AimScreen(AtCluster):
             yield from map(big_button, (CAPTURE, AUTOMATIC, TO_WALK))
 
     def on_screen_resume(self, event: ScreenResume) -> None:
-        self.walk.start_preview()
+        self.walk.do(StartPreview())
 
     def on_screen_suspend(self, event: ScreenSuspend) -> None:
-        self.walk.stop_preview()
+        self.walk.do(StopPreview())
 
     def show(self, state: WalkState) -> None:
         moved_on = self.state is None or state.tag_id != self.state.tag_id
@@ -86,7 +86,7 @@ class AimScreen(AtCluster):
         self.query_one(PreviewView).show(event.picture)
         self._write(self.state)
         if self._automatic.pull(event.cue, self.state):
-            self.walk.shoot()
+            self.walk.do(Shoot())
 
     def hear(self, told: News) -> None:
         heard = self.query_one("#heard", Words)

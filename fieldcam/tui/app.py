@@ -20,11 +20,11 @@ from textual.scrollbar import ScrollBar, ScrollBarRender
 from fieldcam.errors import StorageError
 from fieldcam.models import Models
 from fieldcam.session import events
-from fieldcam.session.automatic import Automatic, accepted_since
-from fieldcam.session.commands import Walk
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.aim.automatic import Automatic, accepted_since
+from fieldcam.session.commands import Refresh, RestartAnalysis, Walk
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.session.state import Stage, WalkState
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 from fieldcam.tui import themes
 from fieldcam.tui.aim_screen import AimScreen
 from fieldcam.tui.asking import AskYes, Notice
@@ -268,7 +268,7 @@ class FieldcamApp(EndableApp[None]):
 
     def action_restart_analysis(self) -> None:
         if self.walk is not None:
-            self.walk.restart_analysis()
+            self.walk.do(RestartAnalysis())
 
     def action_help_quit(self) -> None:
         """Ctrl+C, which most people press without thinking; on the line of the screen."""
@@ -329,7 +329,7 @@ class FieldcamApp(EndableApp[None]):
         while self.walk is not None and not isinstance(self.screen, WalkScreen):
             self.pop_screen()
         if self.walk is not None:
-            self.walk.refresh()
+            self.walk.do(Refresh())
 
     def _look_at_the_calendar(self) -> None:
         """The app may be left open over days, with the lid closed; what is typed is let be."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from typing import ClassVar
 
 from textual.binding import Binding, BindingType
 
+from fieldcam.session.commands import Command, Shoot, SkipCluster, Step, UndoLast
 from fieldcam.tui.page import Page
 from fieldcam.tui.remote import SHOOT
 
@@ -23,18 +22,18 @@ class AtCluster(Page):
         Binding("right", "step(1)", "Next tag", show=False, tooltip="The next tag"),
     ]
 
-    def ask(self, sentence: str, command: Callable[[], None]) -> None:
+    def ask(self, sentence: str, command: Command) -> None:
         """Give a command; the sentence is for a screen that says at once what it heard."""
-        command()
+        self.walk.do(command)
 
     def action_shoot(self) -> None:
-        self.ask("Taking the picture …", self.walk.shoot)
+        self.ask("Taking the picture …", Shoot())
 
     def action_step(self, by: int) -> None:
-        self.ask(STEPS[by], partial(self.walk.step, by))
+        self.ask(STEPS[by], Step(by))
 
     def action_skip(self) -> None:
-        self.ask("Skip …", self.walk.skip)
+        self.ask("Skip …", SkipCluster())
 
     def action_undo(self) -> None:
-        self.ask("Undo …", self.walk.undo)
+        self.ask("Undo …", UndoLast())

@@ -11,10 +11,11 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import OptionList, Static
 from textual.widgets.option_list import Option
 
-from fieldcam.session.days import BlockDay, block_days
+from fieldcam.session.commands import GoTo
+from fieldcam.session.over_days.days import BlockDay, block_days
 from fieldcam.session.state import WalkState
-from fieldcam.store.durations import LONGEST_S
-from fieldcam.store.walks import ClusterState, Stop
+from fieldcam.store.queries.durations import LONGEST_S
+from fieldcam.store.queries.walks import ClusterState, Stop
 from fieldcam.tui.histogram import histogram
 from fieldcam.tui.page import Page
 from fieldcam.tui.route_screen import WORDS
@@ -68,7 +69,7 @@ class BlockScreen(Page):
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         if event.option_id is not None:
-            self.walk.go_to(int(event.option_id))
+            self.walk.do(GoTo(int(event.option_id)))
             self.app.pop_screen()
 
     def _list_missing(self, missing: Sequence[Stop]) -> None:

@@ -13,16 +13,24 @@ from textual.containers import Horizontal
 from textual.widgets import Static
 
 from fieldcam.growth.agreement import Agreement, agreement
-from fieldcam.session.commands import Walk
-from fieldcam.session.days import ClusterDay, cluster_days
+from fieldcam.session.commands import (
+    AcceptPicture,
+    AddByHand,
+    CrownKing,
+    GoTo,
+    NameFruit,
+    UndoFruit,
+    Walk,
+)
+from fieldcam.session.over_days.days import ClusterDay, cluster_days
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.viewing import shown_picture
-from fieldcam.store.calipers import caliper_sizes, measured_twice, named_fruitlets
-from fieldcam.store.history import CaptureRecord
 from fieldcam.store.objects import Objects
+from fieldcam.store.queries.calipers import caliper_sizes, measured_twice, named_fruitlets
+from fieldcam.store.queries.history import CaptureRecord
+from fieldcam.store.queries.said import Word, said
 from fieldcam.store.readings import stored_reading
-from fieldcam.store.rows import EntryId
-from fieldcam.store.said import Word, said
+from fieldcam.store.rows.row import EntryId
 from fieldcam.tui import answers
 from fieldcam.tui.asking import AskText, AskYes
 from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage, block_tags, tag_to_show
@@ -142,7 +150,7 @@ class ClusterScreen(ClusterPage):
         elif shown.record.visit != state.route.visit:
             self._ask_to_accept(shown)
         else:
-            self.walk.go_to(self.tag_id)
+            self.walk.do(GoTo(self.tag_id))
             self.app.pop_screen()
 
     def _ask_to_accept(self, shown: Shown) -> None:
@@ -150,7 +158,7 @@ class ClusterScreen(ClusterPage):
 
         def answered(yes: bool | None) -> None:
             if yes:
-                self.walk.accept_picture(shown.id)
+                self.walk.do(AcceptPicture(shown.id))
 
         reasons = () if shown.reading is None else shown.reading.verdict.reasons
         asked = " ".join(["This picture is of an earlier visit.", *(r.text for r in reasons)])
@@ -158,7 +166,7 @@ class ClusterScreen(ClusterPage):
 
     def action_king(self) -> None:
         if (found := self._chosen()) is not None:
-            self.walk.king(found[0].id, found[1])
+            self.walk.do(CrownKing(found[0].id, found[1]))
 
     def action_add_by_hand(self) -> None:
         shown = self._shown
@@ -168,7 +176,7 @@ class ClusterScreen(ClusterPage):
 
         def measured(text: str | None) -> None:
             if text:
-                self.walk.add_by_hand(shown.id, float(text))
+                self.walk.do(AddByHand(shown.id, float(text)))
 
         self.app.push_screen(AskText("Its diameter in mm, by caliper:", "number"), measured)
 
@@ -181,7 +189,7 @@ class ClusterScreen(ClusterPage):
         def measured(answer: tuple[float | None, str] | None) -> None:
             if answer is not None:
                 size_mm, fruit = answer
-                self.walk.name_fruit(shown.id, fruitlet, fruit, size_mm)
+                self.walk.do(NameFruit(shown.id, fruitlet, fruit, size_mm))
 
         fields = [
             Field("Diameter in mm, or empty", check=answers.size_mm),
@@ -192,7 +200,7 @@ class ClusterScreen(ClusterPage):
 
     def action_undo(self) -> None:
         if self.tag_id is not None:
-            self.walk.undo_fruit(self.tag_id)
+            self.walk.do(UndoFruit(self.tag_id))
 
     def action_scroll_words(self, by: int) -> None:
         words = self.query_one("#words", Past)

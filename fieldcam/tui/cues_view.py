@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.text import Text
 
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.cue import Cue
 from fieldcam.tui.aim_telling import CueLine, cue_lines
 from fieldcam.tui.lights_view import WORDS
 from fieldcam.tui.words import Words

@@ -8,7 +8,8 @@ from datetime import date
 from textual.app import App
 
 from fieldcam.errors import StorageError
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.set_up.setting_up import SetUp
+from fieldcam.session.set_up.today import AnotherDay, told
 from fieldcam.tui import answers
 from fieldcam.tui.asking import AskYes
 from fieldcam.tui.forms import AskForm, Field
@@ -16,6 +17,15 @@ from fieldcam.tui.news import News
 
 DAY = Field("Day, such as 2026-05-19")
 CORRECTED = "Set-up (E) corrects the days of visits."
+
+
+def day_question(day: AnotherDay) -> str:
+    """Asked where the calendar has gone on while a visit was walked."""
+    of_visit, now = told(day.of_visit), told(day.now)
+    return (
+        f"This walk is of {of_visit}, and the clock says {now} now. Begin a visit of"
+        f" {now}? N goes on with that of {of_visit}."
+    )
 
 
 class DayQuestions:
@@ -50,10 +60,10 @@ class DayQuestions:
     def once_the_day_is_over(self) -> None:
         """One question at a time, however often the shutter is pressed."""
         try:
-            question = self._setup.day_question()
+            day = self._setup.another_day()
         except StorageError:
             return  # the next picture asks
-        if question is None or self._asking:
+        if day is None or self._asking:
             return
 
         def answered(yes: bool | None) -> None:
@@ -64,7 +74,7 @@ class DayQuestions:
                 self._tell(News(f"{self._setup.keep_day()} {CORRECTED}"))
 
         self._asking = True
-        self._app.push_screen(AskYes(question), answered)
+        self._app.push_screen(AskYes(day_question(day)), answered)
 
     def _before_a_day(self) -> None:
         """Whatever the answer, pictures can be taken: the visit has the day that is given."""

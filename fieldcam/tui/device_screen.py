@@ -17,12 +17,12 @@ from textual.widgets import Static
 from fieldcam.calibration.stored_drift import TagSizes, tag_sizes
 from fieldcam.models import Models
 from fieldcam.session.battery import batteries
-from fieldcam.session.commands import Walk
+from fieldcam.session.commands import RestartAnalysis, Walk
 from fieldcam.session.state import WalkState
+from fieldcam.store.queries.usage import LastCamera, bytes_per_capture, last_camera, newest_readings
 from fieldcam.store.readings import stored_reading
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 from fieldcam.store.space import Space
-from fieldcam.store.usage import LastCamera, bytes_per_capture, last_camera, newest_readings
 from fieldcam.tui.device_words import (
     Disk,
     analysis_facts,
@@ -81,7 +81,7 @@ class DeviceScreen(Page):
         self.look_up(state.folder, read, lambda found: self._found(state, found))
 
     def action_restart(self) -> None:
-        self.walk.restart_analysis()
+        self.walk.do(RestartAnalysis())
 
     def _found(self, state: WalkState, found: Equipment) -> None:
         self._write(state, found)

@@ -11,7 +11,7 @@ from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.session.calibrating import keep_known
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store
 from fieldcam.tui.trick import Trick
 from fieldcam.tui.wiring import Rig

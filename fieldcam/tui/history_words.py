@@ -8,10 +8,11 @@ from datetime import timedelta
 from statistics import mean
 
 from fieldcam.growth.doubts import MOST_MM_PER_DAY
-from fieldcam.session.days import ClusterDay
-from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
-from fieldcam.store.history import CaptureRecord, ReadingSummary
-from fieldcam.store.judgement_rows import (
+from fieldcam.session.over_days.days import ClusterDay
+from fieldcam.store.queries.history import CaptureRecord, ReadingSummary
+from fieldcam.store.queries.said import Word
+from fieldcam.store.rows.fruit import AssociationWord, CaliperIdentity, CaliperSize
+from fieldcam.store.rows.judgements import (
     Action,
     Answer,
     Decision,
@@ -22,8 +23,7 @@ from fieldcam.store.judgement_rows import (
     TagCorrection,
     TargetCorrection,
 )
-from fieldcam.store.rows import EntryId
-from fieldcam.store.said import Saying, Word
+from fieldcam.store.rows.row import EntryId, Row
 from fieldcam.words import letter_of, number_of
 
 DECIDED = {
@@ -128,7 +128,7 @@ def _marks(day: ClusterDay) -> list[str]:
     return [*found, *(f"{count} {MARKED[mark]}" for mark, count in most.items())]
 
 
-def _said(saying: Saying, readings: Readings) -> str:
+def _said(saying: Row, readings: Readings) -> str:
     match saying:
         case Decision(_, action, answer):
             return DECIDED[action] + _answer(answer)
@@ -149,6 +149,8 @@ def _said(saying: Saying, readings: Readings) -> str:
         case AssociationWord(reading, fruitlet, there, other):
             partner = "not in" if other is None else f"{_letter(readings, there, other)} of"
             return f"fruitlet {_letter(readings, reading, fruitlet)} is {partner} another picture"
+        case _:
+            return saying.named
 
 
 def _answer(answer: Answer | None) -> str:

@@ -5,9 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fieldcam.session import events
+from fieldcam.session.doubt import Instead
 from fieldcam.session.state import WalkState
 from fieldcam.tui.sound import Tune
 from fieldcam.values import Status
+
+INSTEAD = {
+    Instead.ANSWER_OR_RETAKE: "F fallen, H hidden, or R retake",
+    Instead.MARK_UNSEEN: "F and H are for those that no picture shows",
+    Instead.COMPARE_DAYS: "T compares the days, F or H there answers",
+    Instead.SAY_TAG_OR_RETAKE: "T says it, R retakes",
+    Instead.RETAKE_OR_SAY_TAG: "R retakes, T says which it is",
+    Instead.UNDO_ANSWER: "U on Walk takes the last answer back",
+    Instead.UNDO_DECISION: "U on Walk takes that back",
+    Instead.GIVE_TREES: "Set-up (E, Route) takes it from a CSV file",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +38,8 @@ def news(event: events.LiveEvent, state: WalkState | None = None) -> News | None
     match event:
         case events.Done(sentence):
             return News(sentence)
-        case events.Refused(sentence):
-            return News(sentence, bad=True)
+        case events.Refused(sentence, instead):
+            return News(refusal(sentence, instead), bad=True)
         case events.Damaged(sentence):
             return News(sentence, bad=True, tune=Tune.BAD)
         case events.Saved(_, tag_id, duration_ms):
@@ -52,6 +64,11 @@ def news(event: events.LiveEvent, state: WalkState | None = None) -> News | None
             return News(f"NOT SAVED: {error}", bad=True, tune=Tune.BAD, unsaved=True)
         case _:
             return None
+
+
+def refusal(sentence: str, instead: Instead | None) -> str:
+    """Why a command was not carried out, and which keys help."""
+    return sentence if instead is None else f"{sentence.removesuffix('.')}: {INSTEAD[instead]}."
 
 
 def _name(tag_id: int | None) -> str:

@@ -13,9 +13,9 @@ from textual.coordinate import Coordinate
 from textual.events import Resize
 from textual.widgets import DataTable, Static
 
-from fieldcam.session.commands import Walk
+from fieldcam.session.commands import GoTo, UndoLast, Walk
 from fieldcam.session.state import WalkState
-from fieldcam.store.walks import ClusterState, Stop
+from fieldcam.store.queries.walks import ClusterState, Stop
 from fieldcam.tui.news import News
 from fieldcam.tui.page import Page
 from fieldcam.tui.telling import progress
@@ -101,11 +101,11 @@ class RouteScreen(Page):
         if tag_id is None:
             self.hear(News("There is no cluster here: arrows choose one."))
             return
-        self.walk.go_to(tag_id)
+        self.walk.do(GoTo(tag_id))
         self.app.pop_screen()
 
     def action_undo(self) -> None:
-        self.walk.undo()
+        self.walk.do(UndoLast())
 
     def _fill(self, table: DataTable[Text], state: WalkState) -> None:
         trees = [list(stops) for _, stops in groupby(state.route.stops, key=lambda s: s.tree)]

@@ -12,7 +12,7 @@ from textual.message import Message
 from textual.widgets import OptionList, Static
 from textual.widgets.option_list import Option
 
-from fieldcam.session.setting_up import SetUp, SetUpState
+from fieldcam.session.set_up.setting_up import SetUp, SetUpState
 from fieldcam.tui.buttons import BigButton
 from fieldcam.tui.messages import Heard
 from fieldcam.tui.page import Frame

@@ -14,14 +14,14 @@ from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedRow
 from fieldcam.models import find_models
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.session.viewing import VisitView
 from fieldcam.store.folder import DataKind, data_path
-from fieldcam.store.orchard_rows import Block, Cluster, Route
-from fieldcam.store.rows import EntryId
-from fieldcam.store.startup import startup_check
+from fieldcam.store.queries.walks import walk_route
+from fieldcam.store.recovery.startup import startup_check
+from fieldcam.store.rows.orchard import Block, Cluster, Route
+from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store, open_store
-from fieldcam.store.walks import walk_route
 from fieldcam.tui.hand_aimed import DEADLINE_S, start_walk, tricks
 from fieldcam.tui.wiring import run, say
 from fieldcam.words import number_of

@@ -10,9 +10,9 @@ from textual.binding import Binding, BindingType
 from textual.widgets import Static
 
 from fieldcam.growth.places import Place
-from fieldcam.session.commands import Walk
+from fieldcam.session.commands import MatchFruit, TellMissing, UndoLast, UndoMatch, Walk
 from fieldcam.session.state import WalkState
-from fieldcam.store.judgement_rows import Answer
+from fieldcam.store.rows.judgements import Answer
 from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage
 from fieldcam.tui.days_view import Past
 from fieldcam.tui.followed import Followed, followed
@@ -149,7 +149,7 @@ class TwoDaysScreen(ClusterPage):
         if word is None:
             self.hear(News(NOTHING, bad=True))
         else:
-            self.walk.match(word)
+            self.walk.do(MatchFruit(word))
 
     def action_tell(self, answer: str) -> None:
         """Why the later picture does not show the chosen fruitlet."""
@@ -157,12 +157,12 @@ class TwoDaysScreen(ClusterPage):
         if not self._pairs or row is None:
             return
         if self._left and not self._untold:
-            self.walk.tell_missing(self._pairs[self._pair][1].id, None, Answer(answer))
+            self.walk.do(TellMissing(self._pairs[self._pair][1].id, None, Answer(answer)))
             return
         if row.one is None or not row.missing:
             self.hear(News(f"{row.number} is not missing: up and down choose one.", bad=True))
             return
-        self.walk.tell_missing(self._pairs[self._pair][1].id, row.one, Answer(answer))
+        self.walk.do(TellMissing(self._pairs[self._pair][1].id, row.one, Answer(answer)))
 
     async def action_back(self) -> None:
         await self.run_action("app.pop_screen" if self._over_walk else "app.cluster")
@@ -174,9 +174,9 @@ class TwoDaysScreen(ClusterPage):
             and self._pairs
             and self._followed.told(self._pairs[self._pair])
         ):
-            self.walk.undo()
+            self.walk.do(UndoLast())
         elif self.tag_id is not None:
-            self.walk.undo_match(self.tag_id)
+            self.walk.do(UndoMatch(self.tag_id))
 
     @property
     def _pairs(self) -> tuple[Pair, ...]:

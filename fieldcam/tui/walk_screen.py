@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 
-from fieldcam.session.commands import Walk
-from fieldcam.session.days import cluster_days
+from fieldcam.session.commands import (
+    Accept,
+    AnswerQuestion,
+    Command,
+    CorrectTag,
+    NextTree,
+    OtherTarget,
+    Retake,
+    SecondView,
+    Strike,
+    Walk,
+    WriteNote,
+)
+from fieldcam.session.over_days.days import cluster_days
 from fieldcam.session.state import CameraState, WalkState
+from fieldcam.store.rows.judgements import Answer
 from fieldcam.tui.asking import AskText
 from fieldcam.tui.at_cluster import AtCluster
 from fieldcam.tui.banner_view import BannerView
@@ -107,41 +118,41 @@ class WalkScreen(AtCluster):
         super().hear(told)
         self._unsaved = told.sentence if told.unsaved else ""
 
-    def ask(self, sentence: str, command: Callable[[], None]) -> None:
+    def ask(self, sentence: str, command: Command) -> None:
         """Say at once that a key was heard: the walk answers when its rows are durable."""
         said = self.query_one("#said", Words)
         said.update(sentence)
         said.remove_class("-bad")
-        command()
+        super().ask(sentence, command)
 
     def action_accept(self) -> None:
-        self.ask("Accept …", self.walk.accept)
+        self.ask("Accept …", Accept())
 
     def action_retake(self) -> None:
-        self.ask("Retake …", self.walk.retake)
+        self.ask("Retake …", Retake())
 
     def action_second_view(self) -> None:
-        self.ask("Second view …", self.walk.second_view)
+        self.ask("Second view …", SecondView())
 
     def action_fallen(self) -> None:
-        self.ask("Fallen …", self.walk.fallen)
+        self.ask("Fallen …", AnswerQuestion(Answer.FALLEN))
 
     def action_hidden(self) -> None:
-        self.ask("Hidden …", self.walk.hidden)
+        self.ask("Hidden …", AnswerQuestion(Answer.HIDDEN))
 
     async def action_two_days(self) -> None:
         """What helps to answer CONFIRM; the button's too."""
         await self.run_action("app.two_days")
 
     def action_other_target(self) -> None:
-        self.ask("Other target …", self.walk.other_target)
+        self.ask("Other target …", OtherTarget())
 
     def action_strike(self) -> None:
         if (chosen := self._chosen) is not None:
-            self.ask("Strike …", partial(self.walk.strike, chosen))
+            self.ask("Strike …", Strike(chosen))
 
     def action_next_tree(self) -> None:
-        self.ask("Next tree …", self.walk.next_tree)
+        self.ask("Next tree …", NextTree())
 
     def action_choose(self, by: int) -> None:
         self.query_one(SizesView).choose(by)
@@ -172,8 +183,8 @@ class WalkScreen(AtCluster):
 
     def _noted(self, text: str | None) -> None:
         if text is not None:
-            self.walk.note(text)
+            self.walk.do(WriteNote(text))
 
     def _corrected(self, text: str | None) -> None:
         if text:
-            self.walk.correct_tag(int(text))
+            self.walk.do(CorrectTag(int(text)))

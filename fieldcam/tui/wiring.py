@@ -18,12 +18,12 @@ from fieldcam.models import Models
 from fieldcam.session.calibrating import CameraCalibration
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.session.state import CameraState
 from fieldcam.session.walk import DEADLINE_S
-from fieldcam.store.blocks import tag_size_mm
-from fieldcam.store.lookups import row_of
-from fieldcam.store.rows import EntryId
+from fieldcam.store.queries.blocks import tag_size_mm
+from fieldcam.store.queries.lookups import row_of
+from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store
 from fieldcam.tui.app import FieldcamApp
 from fieldcam.tui.ending import ended_by_signals
@@ -64,7 +64,7 @@ class Rig:
             listener,
             self.deadline_s,
             self.calibration,
-            *(() if setup is None else (setup.day_question,)),
+            *(() if setup is None else (setup.another_day,)),
         )
 
 

@@ -26,7 +26,7 @@ from fieldcam.session.events import (
     VerdictReady,
 )
 from fieldcam.session.live import LiveWalk
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store
 from fieldcam.tui.wiring import run
 from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair

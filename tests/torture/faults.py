@@ -15,6 +15,7 @@ from made_readings import CAMERA
 from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.status import Limits, State
 from fieldcam.analysis.supervisor import Supervisor
+from fieldcam.session.commands import Shoot
 from fieldcam.session.events import AnalysisTrouble, LiveEvent, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
 from torture.inspection import Announced, Losses, announcement, inspect
@@ -54,7 +55,7 @@ def suffer(folder: Path, pictures: int) -> Suffered:
             walk = LiveWalk(store, visit, QuickCamera().open, start, heard.put)
             announced = Announced()
             for _ in range(pictures):
-                walk.shoot()
+                walk.do(Shoot())
                 saved = _next(heard, Saved)
                 announced.hear(announcement(store.database, saved))
                 found.faults[fault_of(saved.capture, one_in=1)] += 1

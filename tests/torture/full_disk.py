@@ -19,6 +19,7 @@ from random import Random
 
 from live_walks import ToldAnalysis, read
 
+from fieldcam.session.commands import Accept, Command, GoTo, Shoot, SkipCluster
 from fieldcam.session.events import Done, Doubted, LiveEvent, Refused, Saved, StorageTrouble
 from fieldcam.session.live import LiveWalk
 from torture.inspection import Announced, Losses, announcement, inspect
@@ -78,17 +79,17 @@ def _round(data: Path, ballast: Ballast, chance: Random, found: Filled) -> None:
         walk = LiveWalk(store, visit, QuickCamera().open, lambda changed: analysis, heard.put)
         for step in range(STEPS):
             analysis.outcomes = [read(10 + step)]
-            command = chance.choice([walk.shoot, walk.shoot, walk.accept, walk.skip])
-            command()
+            commands: list[Command] = [Shoot(), Shoot(), Accept(), SkipCluster()]
+            walk.do(chance.choice(commands))
             said = _outcome(heard)
             name = type(said).__name__
             found.said[name] = found.said.get(name, 0) + 1
             if not isinstance(said, StorageTrouble):
                 announced.hear(announcement(store.database, said))
         ballast.drop()
-        walk.go_to(79)
+        walk.do(GoTo(79))
         _outcome(heard)
-        walk.shoot()
+        walk.do(Shoot())
         found.did_not_go_on += not _saved_at_last(heard)
         walk.close()
         found.losses += inspect(store, announced)

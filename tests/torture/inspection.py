@@ -11,8 +11,8 @@ from sqlite_utils import Database
 from fieldcam.errors import StorageDamaged
 from fieldcam.session.events import LiveEvent, Saved
 from fieldcam.store.connection import rows
-from fieldcam.store.integrity import full_check, rehash
-from fieldcam.store.startup import startup_check
+from fieldcam.store.recovery.integrity import full_check, rehash
+from fieldcam.store.recovery.startup import startup_check
 from fieldcam.store.store import Store
 
 

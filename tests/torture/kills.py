@@ -31,8 +31,8 @@ from fieldcam.errors import ScreenLost, Stopped
 from fieldcam.session.events import Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.connection import connect_read_only
-from fieldcam.store.rows import EntryId
-from fieldcam.store.startup import startup_check
+from fieldcam.store.recovery.startup import startup_check
+from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import DATABASE_NAME, Store
 from fieldcam.tui.wiring import run
 from torture.inspection import Announced, Losses, announcement, inspect, missing

@@ -25,10 +25,11 @@ from live_walks import ToldAnalysis, read
 from sqlite_utils import Database
 
 from fieldcam.errors import StorageError
+from fieldcam.session.commands import Shoot, SkipCluster
 from fieldcam.session.events import Done, LiveEvent, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.connection import connect
-from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store
 from torture.disks import Disk, some
 from torture.inspection import Announced, Losses, announcement, inspect
@@ -122,10 +123,10 @@ def _sit(store: Store, visit: EntryId, pictures: int) -> None:
     live = LiveWalk(store, visit, QuickCamera().open, lambda changed: analysis, heard.put)
     for _ in range(pictures):
         analysis.outcomes = [read(0)]
-        live.shoot()
+        live.do(Shoot())
         _tell(store.database, _next(heard, Saved))
         _tell(store.database, _next(heard, VerdictReady))
-        live.skip()
+        live.do(SkipCluster())
         _tell(store.database, _next(heard, Done))
     live.close()
 

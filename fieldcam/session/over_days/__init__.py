@@ -1,0 +1,1 @@
+"""Clusters and blocks over the days, and what growth makes of them."""
