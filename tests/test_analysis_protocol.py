@@ -159,11 +159,11 @@ def test_an_error_of_nobodys_arrives_as_a_failed_analysis(name: str) -> None:
     assert type(decode_reply(json.dumps(document).encode())) is AnalysisFailed
 
 
-def test_an_error_may_name_a_file_that_is_no_text() -> None:
-    name = os.fsdecode(b"caf\xe9.yml")
+@pytest.mark.parametrize("name", [os.fsdecode(b"caf\xe9.yml"), "caf\ud800.yml"])
+def test_an_error_may_name_what_is_no_text(name: str) -> None:
     error = decode_reply(encode_reply(ImageUnreadable(f"{name} is damaged.")))
     assert isinstance(error, ImageUnreadable)
-    assert error.message == "caf\ufffd.yml is damaged."
+    assert error.message == "caf?.yml is damaged."
 
 
 def test_done_is_done() -> None:

@@ -7,7 +7,6 @@ declared form, after four bytes of length; a reading in it is the text that is s
 
 from __future__ import annotations
 
-import os
 import pickle
 import struct
 from collections.abc import Iterator
@@ -157,7 +156,7 @@ def decode_reply(document: bytes) -> Reply:
 
 def _sendable(sentence: str) -> str:
     """File names are bytes, and what is no UTF-8 in them is none in JSON."""
-    return os.fsencode(sentence).decode(errors="replace")
+    return sentence.encode(errors="replace").decode()
 
 
 def _error_class(name: str) -> type[FieldcamError]:
