@@ -36,7 +36,7 @@ from fieldcam.values import (
     Settings,
     StereoPair,
 )
-from fieldcam.vision.judging import judge
+from fieldcam.vision.judging.verdicts import judge
 from fieldcam.vision.pipeline import Pipeline
 
 

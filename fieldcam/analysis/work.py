@@ -17,7 +17,7 @@ from fieldcam.store.captures import SavedCapture
 from fieldcam.store.raw_images import decode_raw
 from fieldcam.values import Calibration, ClusterReading, Expectation, StereoPair, TagPose
 from fieldcam.vision.pipeline import Pipeline
-from fieldcam.vision.tags import detect_tags
+from fieldcam.vision.tags.detection import detect_tags
 
 _SMALL = Calibration(320, 240, 380.0, 160.0, 120.0, 60.0)
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from fieldcam.errors import BadInput
 from fieldcam.values import ImageU8
-from fieldcam.vision.aruco_families import marker_counts
+from fieldcam.vision.tags.aruco_families import marker_counts
 
 Pixels = npt.NDArray[np.float32]
 """(N, 2) float32: x, y."""

@@ -17,9 +17,9 @@ from fieldcam.calibration.drift import (
     tag_disparity_px,
 )
 from fieldcam.values import FARTHEST_MM, NEAREST_MM, ReasonCode, TagPose
-from fieldcam.vision.evidence import Evidence
-from fieldcam.vision.eye_matches import EyeMatches
-from fieldcam.vision.findings import Finding, confirm, retake
+from fieldcam.vision.judging.evidence import Evidence
+from fieldcam.vision.judging.eye_matches import EyeMatches
+from fieldcam.vision.judging.findings import Finding, confirm, retake
 
 DRIFT_ROWS_PX, BAD_DRIFT_ROWS_PX = 1.2, 2.0
 BAD_DRIFT_SIZE = 0.03

@@ -19,10 +19,10 @@ from fieldcam.values import (
     TagPose,
     Verdict,
 )
-from fieldcam.vision.evidence import Evidence, Quality
-from fieldcam.vision.findings import Finding, confirm, retake
-from fieldcam.vision.judging_doubt import judge_doubt
-from fieldcam.vision.judging_eyes import judge_eyes
+from fieldcam.vision.judging.doubt import judge_doubt
+from fieldcam.vision.judging.evidence import Evidence, Quality
+from fieldcam.vision.judging.eyes import judge_eyes
+from fieldcam.vision.judging.findings import Finding, confirm, retake
 from fieldcam.words import number_of
 
 LEAST_FRUIT_BRIGHTNESS = 50.0

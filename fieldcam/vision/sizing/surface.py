@@ -25,8 +25,8 @@ import numpy.typing as npt
 
 from fieldcam.values import BoolMask, Calibration, DisparityWindow, FloatMap, Mask
 from fieldcam.vision.clouds import cut
-from fieldcam.vision.ellipse import EllipseFit, to_ellipse
-from fieldcam.vision.sizing_settings import Corrections
+from fieldcam.vision.sizing.ellipse import EllipseFit, to_ellipse
+from fieldcam.vision.sizing.parameters import Corrections
 
 Vectors = npt.NDArray[np.float64]
 RIM = 0.85

@@ -24,8 +24,8 @@ from fieldcam.values import (
     Flag,
     Instance,
 )
-from fieldcam.vision.ellipse import EllipseFit, fit_ellipse
-from fieldcam.vision.outline import (
+from fieldcam.vision.sizing.ellipse import EllipseFit, fit_ellipse
+from fieldcam.vision.sizing.outline import (
     Cover,
     Outline,
     hidden_arc,
@@ -33,8 +33,8 @@ from fieldcam.vision.outline import (
     true_edge,
     zero_outline,
 )
-from fieldcam.vision.sizing_settings import Corrections, SizingParameters
-from fieldcam.vision.surface import Surface, diameter_and_spread
+from fieldcam.vision.sizing.parameters import Corrections, SizingParameters
+from fieldcam.vision.sizing.surface import Surface, diameter_and_spread
 
 Vectors = npt.NDArray[np.float64]
 NO_POINTS: Vectors = np.zeros((0, 2))

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from fieldcam.values import BoolMask, FloatMap, ImageU8
 from fieldcam.vision.onnx_session import Network, OnnxModel, Signature, network_image
-from fieldcam.vision.stereo import resized
+from fieldcam.vision.stereo.matching import resized
 
 SIGNATURE = Signature(frozenset({"left", "right"}), frozenset({"disparity", "confidence"}))
 COARSEST = 0.125

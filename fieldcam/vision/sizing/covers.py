@@ -8,7 +8,7 @@ import numpy as np
 
 from fieldcam.values import BoolMask, Calibration, DisparityWindow, FloatMap, Instance, Mask, Region
 from fieldcam.vision.clouds import FruitletCloud, cut
-from fieldcam.vision.outline import Cover, window_around
+from fieldcam.vision.sizing.outline import Cover, window_around
 
 TIE_PX = 0.5
 """A neighbour this much nearer (disparity) is in front of a fruitlet."""

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pupil_apriltags import Detection, Detector
 
 from fieldcam.values import TAG_SIZE_MM, Calibration, ImageU8, TagPose
-from fieldcam.vision.tag_corners import refine_corners
+from fieldcam.vision.tags.corners import refine_corners
 
 FAMILY = "tag36h11"
 HALF_PIXEL = 0.5

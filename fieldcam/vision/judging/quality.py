@@ -16,10 +16,10 @@ from fieldcam.values import (
     TagPose,
 )
 from fieldcam.vision.clouds import cut
-from fieldcam.vision.evidence import Quality
-from fieldcam.vision.eye_matches import match_eyes
-from fieldcam.vision.sharpness import edge_blur_px, tag_blur_px
-from fieldcam.vision.stereo import gray
+from fieldcam.vision.judging.evidence import Quality
+from fieldcam.vision.judging.eye_matches import match_eyes
+from fieldcam.vision.judging.sharpness import edge_blur_px, tag_blur_px
+from fieldcam.vision.stereo.matching import gray
 
 CLIPPED = 250
 LIT = 100

@@ -13,7 +13,7 @@ from fieldcam.values import (
     Region,
     TagPose,
 )
-from fieldcam.vision.eye_matches import EyeMatches
+from fieldcam.vision.judging.eye_matches import EyeMatches
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from fieldcam.values import FloatMap, ImageU8
-from fieldcam.vision.stereo import gray
+from fieldcam.vision.stereo.matching import gray
 
 BLOCK_PX = 3
 P1 = 216
