@@ -34,10 +34,10 @@ def photograph(block: Block, cluster_index: int, day: float, view: int) -> tuple
 def _regions(aimed: Aim) -> tuple[Region, Region]:
     """What is rendered for the left eye and for the right one."""
     c, scene = aimed.calibration, aimed.renderer.scene
-    x, y, z = aimed.shot.pose.apply(scene.tag_center_mm)
-    half = REGION_MM / 2 * c.focal_px / z + MARGIN_PX
-    column, row = x / z * c.focal_px + c.cx_px, y / z * c.focal_px + c.cy_px
-    shift = c.disparity_px(float(z))
+    tag_mm = aimed.shot.pose.apply(scene.tag_center_mm)
+    half = REGION_MM / 2 * c.px_per_mm(float(tag_mm[2])) + MARGIN_PX
+    column, row = c.places_px(tag_mm)
+    shift = c.disparity_px(float(tag_mm[2]))
 
     def around(center: float) -> Region:
         x0, x1 = (int(np.clip(center + s * half, 0, c.width_px)) for s in (-1, 1))

@@ -40,13 +40,13 @@ from fieldcam.values import (
     ImageU8,
     StereoPair,
 )
+from fieldcam.vision.grey import as_grey
 from fieldcam.vision.judging import eyes, verdicts
 from fieldcam.vision.judging.eye_matches import match_eyes
 from fieldcam.vision.judging.quality import LIT, clipped_share, middle, white_level
 from fieldcam.vision.judging.sharpness import edge_blur_px, tag_blur_px
 from fieldcam.vision.pipeline import Pipeline
 from fieldcam.vision.regions import around_tag
-from fieldcam.vision.stereo.matching import gray
 from fieldcam.vision.tags.detection import choose_tag, detect_tags
 from fieldcam.vision.tags.right_eye import find_in_right
 
@@ -179,7 +179,7 @@ def measures(
     pair: StereoPair, calibration: Calibration, tag_id: int, fruit: npt.NDArray[np.bool_]
 ) -> Measures:
     """The verdict's measures, with the true fruit in place of the found one."""
-    left, right = gray(pair.left), gray(pair.right)
+    left, right = as_grey(pair.left), as_grey(pair.right)
     tag = choose_tag(detect_tags(left, calibration), tag_id, pair.size_px)
     region = middle(*pair.size_px)
     found: Measures = {"tag_read": float(tag is not None)}
@@ -214,7 +214,7 @@ def measures(
 def photograph_measures(folder: Path) -> Iterator[Measures]:
     """What one eye alone tells, from photographs of apples and of tags."""
     for path in sorted([*folder.glob("apples_green/images/*"), *folder.glob("apriltag/*/*.jpg")]):
-        grey = gray(read_image(path))
+        grey = as_grey(read_image(path))
         inside = grey[middle(grey.shape[1], grey.shape[0]).slices]
         yield {
             "white_level": white_level(inside),

@@ -49,14 +49,7 @@ def measured_tag_size_mm(match: TagMatch, calibration: Calibration) -> float | N
     disparity_px = left[:, 0] - right[:, 0]
     if (disparity_px <= 0).any():
         return None
-    range_mm = calibration.focal_px * calibration.baseline_mm / disparity_px
-    points_mm = np.column_stack(
-        (
-            (left[:, 0] - calibration.cx_px) * range_mm / calibration.focal_px,
-            (left[:, 1] - calibration.cy_px) * range_mm / calibration.focal_px,
-            range_mm,
-        )
-    )
+    points_mm = calibration.points_mm(left, calibration.range_mm(disparity_px))
     sides_mm = np.linalg.norm(points_mm - np.roll(points_mm, 1, axis=0), axis=1)
     return float(sides_mm.mean())
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fieldcam.values import ClusterReading, Fruitlet, Mask, Status
+from fieldcam.values import ClusterReading, Fruitlet, Status
 
 if TYPE_CHECKING:
     from fieldcam.simulator import TrueFruitlet, Truth
@@ -77,26 +77,13 @@ def summary(captures: Iterable[ScoredCapture]) -> dict[str, Any]:
     }
 
 
-def mask_iou(a: Mask, b: Mask) -> float:
-    """Shared over joint area of two masks of one image."""
-    one, two = a.region, b.region
-    x0, y0 = max(one.x0, two.x0), max(one.y0, two.y0)
-    x1, y1 = min(one.x1, two.x1), min(one.y1, two.y1)
-    if x1 <= x0 or y1 <= y0:
-        return 0.0
-    part_a = a.window[y0 - a.y0 : y1 - a.y0, x0 - a.x0 : x1 - a.x0]
-    part_b = b.window[y0 - b.y0 : y1 - b.y0, x0 - b.x0 : x1 - b.x0]
-    shared = int((part_a & part_b).sum())
-    return shared / (a.area_px + b.area_px - shared) if shared else 0.0
-
-
 def _partners(
     readings: Sequence[Fruitlet], truths: Sequence[TrueFruitlet]
 ) -> list[tuple[Fruitlet, TrueFruitlet | None]]:
     """Each reading's fruitlet: best overlaps first, no fruitlet twice."""
     overlaps = sorted(
         (
-            (mask_iou(f.mask, t.visible), i, j)
+            (f.mask.iou(t.visible), i, j)
             for i, f in enumerate(readings)
             for j, t in enumerate(truths)
         ),

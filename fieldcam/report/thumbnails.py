@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
+from fieldcam.images import as_rgb
 from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface
 from fieldcam.values import Fruitlet, ImageU8
 from fieldcam.vision.sizing.outline import pixel_outline
@@ -28,7 +29,7 @@ def cluster_thumbnail(left: ImageU8, fruitlets: Mapping[str, Fruitlet]) -> bytes
     `fruitlets` are those to outline by what to call them; without any the whole height of
     the image's middle is shown.
     """
-    rgb = left if left.ndim == 3 else np.repeat(left[..., None], 3, axis=2)
+    rgb = as_rgb(left)
     outlines = {name: pixel_outline(f.mask) for name, f in fruitlets.items() if f.mask.area_px}
     corner, side = _square(rgb, np.concatenate([*outlines.values(), np.empty((0, 2))]))
     turned = np.array([[1, 0, -corner[0]], [0, 1, -corner[1]]]) * (SIDE_PX / side)

@@ -39,7 +39,7 @@ from fieldcam.vision.judging.doubt import unsure_places
 from fieldcam.vision.judging.evidence import Evidence
 from fieldcam.vision.judging.quality import measure_quality
 from fieldcam.vision.judging.verdicts import judge
-from fieldcam.vision.regions import around_tag, whole
+from fieldcam.vision.regions import around_tag
 from fieldcam.vision.segmentation import Segmentation, Segmenter, is_cut
 from fieldcam.vision.sizing.covers import covers
 from fieldcam.vision.sizing.diameters import Observation, Size, size_by_paper, size_fruitlet
@@ -263,5 +263,5 @@ def _region(
     pair: StereoPair, tag: TagPose | None, calibration: Calibration, settings: Settings
 ) -> Region:
     if tag is None or settings.whole_image or settings.method is Method.PAPER:
-        return whole(*pair.size_px)
+        return Region.whole(*pair.size_px)
     return around_tag(tag, calibration, *pair.size_px)

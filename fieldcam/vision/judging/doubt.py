@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fieldcam.values import Flag, Fruitlet, ReasonCode, TagPose
+from fieldcam.values import Flag, Fruitlet, ReasonCode, Region, TagPose
 from fieldcam.vision.judging.evidence import Evidence
 from fieldcam.vision.judging.findings import Finding, confirm
 from fieldcam.words import number_of
@@ -52,11 +52,8 @@ def unsure_places(evidence: Evidence) -> tuple[tuple[float, float], ...]:
 
 def _range_at(evidence: Evidence, place: tuple[float, float]) -> float | None:
     """Median range around a place of the image; None where nothing is known."""
-    window = evidence.window
-    column, row = round(place[0]) - window.region.x0, round(place[1]) - window.region.y0
-    rows = slice(max(row - AROUND_PX, 0), max(row + AROUND_PX + 1, 0))
-    columns = slice(max(column - AROUND_PX, 0), max(column + AROUND_PX + 1, 0))
-    near = window.disparity_px[rows, columns]
+    column, row = round(place[0]), round(place[1])
+    near = evidence.window.over(Region(column, row, column + 1, row + 1).grown(AROUND_PX))
     known = near[np.isfinite(near)]
     return evidence.calibration.range_mm(float(np.median(known))) if known.size else None
 
@@ -71,7 +68,7 @@ def _beside(
     if cluster_mm is None:
         return True
     gap_px = float(np.hypot(*(np.array(place) - middle)))
-    if gap_px > REACH_MM * evidence.calibration.focal_px / cluster_mm:
+    if gap_px > REACH_MM * evidence.calibration.px_per_mm(cluster_mm):
         return False
     return range_mm is None or abs(range_mm - cluster_mm) < DEPTH_REACH_MM
 

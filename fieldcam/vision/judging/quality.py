@@ -15,11 +15,10 @@ from fieldcam.values import (
     StereoPair,
     TagPose,
 )
-from fieldcam.vision.clouds import cut
+from fieldcam.vision.grey import as_grey
 from fieldcam.vision.judging.evidence import Quality
 from fieldcam.vision.judging.eye_matches import match_eyes
 from fieldcam.vision.judging.sharpness import edge_blur_px, tag_blur_px
-from fieldcam.vision.stereo.matching import gray
 
 CLIPPED = 250
 LIT = 100
@@ -39,7 +38,7 @@ def measure_quality(
     fruitlets: tuple[Fruitlet, ...],
 ) -> Quality:
     """All measures of a pair; `region` is what was searched for fruitlets."""
-    left, right = gray(pair.left), gray(pair.right)
+    left, right = as_grey(pair.left), as_grey(pair.right)
     looked_at = middle(*pair.size_px) if tag is None else region
     around = left[looked_at.slices]
     fruit = _fruit_pixels(left, fruitlets) if fruitlets else None
@@ -83,7 +82,7 @@ def clipped_share(grey: npt.NDArray[np.uint8]) -> float:
 
 
 def _depth_share(window: DisparityWindow, fruitlets: tuple[Fruitlet, ...]) -> float:
-    depths = [cut(window, f.mask.region)[f.mask.window] for f in fruitlets]
+    depths = [window.over(f.mask.region)[f.mask.window] for f in fruitlets]
     return float(np.isfinite(np.concatenate(depths)).mean()) if depths else 0.0
 
 

@@ -120,7 +120,7 @@ def _tag(evidence: Evidence, spoiled: bool) -> Iterator[Finding]:
         yield retake(ReasonCode.TOO_FAR, f"The tag is {range_mm / 10:.0f} cm away: go nearer.")
 
     if range_mm is not None and _coarse(evidence, range_mm) and range_mm <= FARTHEST_MM:
-        fine = evidence.calibration.focal_px / range_mm
+        fine = evidence.calibration.px_per_mm(range_mm)
         text = f"Too coarse: {fine:.1f} of {LEAST_PX_PER_MM} pixels a mm."
         yield retake(ReasonCode.TOO_COARSE, f"{text} Go nearer, or switch binning off.")
 
@@ -174,7 +174,7 @@ def _at_border(evidence: Evidence, tag: TagPose) -> bool:
     """Whether the tagged cluster touches the border of either eye's picture."""
     if tag.range_mm is None:
         return False
-    px_per_mm = evidence.calibration.focal_px / tag.range_mm
+    px_per_mm = evidence.calibration.px_per_mm(tag.range_mm)
     x, y = tag.center_px
     tag_border_mm = TAG_BORDER_MM if evidence.target else EMPTY_TAG_BORDER_MM
     if _border_gap_px(evidence, tag, (x, y, x, y)) < tag_border_mm * px_per_mm:
@@ -194,7 +194,7 @@ def _near(evidence: Evidence, fruitlet: Fruitlet, tag: TagPose) -> bool:
     if tag.range_mm is None:
         return True
     (u, v), (x, y) = fruitlet.center_px, tag.center_px
-    reach_px = CLUSTER_MM * evidence.calibration.focal_px / tag.range_mm
+    reach_px = CLUSTER_MM * evidence.calibration.px_per_mm(tag.range_mm)
     return (u - x) ** 2 + (v - y) ** 2 < reach_px**2
 
 

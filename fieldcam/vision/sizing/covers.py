@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from fieldcam.values import BoolMask, Calibration, DisparityWindow, FloatMap, Instance, Mask, Region
-from fieldcam.vision.clouds import FruitletCloud, cut
+from fieldcam.values import Calibration, DisparityWindow, FloatMap, Instance
+from fieldcam.vision.clouds import FruitletCloud
 from fieldcam.vision.sizing.outline import Cover, window_around
 
 TIE_PX = 0.5
@@ -31,7 +32,7 @@ def median_disparity(
     instance: Instance, cloud: FruitletCloud, window: DisparityWindow
 ) -> float | None:
     """Median raw disparity over the trusted pixels of an instance."""
-    values: FloatMap = cut(window, instance.visible.region)[cloud.known]
+    values: FloatMap = window.over(instance.visible.region)[cloud.known]
     values = values[np.isfinite(values)]
     return float(np.median(values)) if values.size else None
 
@@ -48,7 +49,7 @@ def _cover(
     blocked = np.zeros((region.height, region.width), dtype=np.bool_)
     if own_disparity is not None:
         front = _front_disparity(own.visible.area_px, own_disparity, calibration)
-        blocked = cut(window, region) > front + FRONT_MARGIN_PX
+        blocked = window.over(region) > front + FRONT_MARGIN_PX
     for other, disparity in zip(instances, nearness, strict=True):
         # Where either depth is unknown, the edge between the two is nobody's.
         behind = (
@@ -57,7 +58,7 @@ def _cover(
             and disparity <= own_disparity + TIE_PX
         )
         if other is not own and not behind:
-            _paint(blocked, region, other.visible)
+            blocked |= other.visible.over(region)
     return Cover(region, blocked)
 
 
@@ -67,15 +68,5 @@ def _front_disparity(area_px: int, disparity_px: float, calibration: Calibration
     Half of its visible surface lies more than 0.7 radii in front of its centre.
     """
     range_mm = calibration.range_mm(disparity_px)
-    radius_mm = float(np.sqrt(area_px / np.pi)) * range_mm / calibration.focal_px
-    return calibration.disparity_px(range_mm - (1 - np.sqrt(0.5)) * radius_mm)
-
-
-def _paint(blocked: BoolMask, region: Region, mask: Mask) -> None:
-    """Mark another mask's pixels where it overlaps a region, in place."""
-    other = mask.region
-    x0, x1 = max(region.x0, other.x0), min(region.x1, other.x1)
-    y0, y1 = max(region.y0, other.y0), min(region.y1, other.y1)
-    if x0 < x1 and y0 < y1:
-        part = mask.window[y0 - other.y0 : y1 - other.y0, x0 - other.x0 : x1 - other.x0]
-        blocked[y0 - region.y0 : y1 - region.y0, x0 - region.x0 : x1 - region.x0] |= part
+    radius_mm = math.sqrt(area_px / math.pi) / calibration.px_per_mm(range_mm)
+    return calibration.disparity_px(range_mm - (1 - math.sqrt(0.5)) * radius_mm)

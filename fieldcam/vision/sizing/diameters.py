@@ -83,8 +83,7 @@ def size_fruitlet(
     if fit is None:
         return Size(None, None, None, median, 1.0, (*early, Flag.BAD_OUTLINE))
     ellipse = fit.ellipse
-    area = np.pi / 4 * ellipse.major_px * ellipse.minor_px
-    visible = _visible_fraction(observed.instance, area)
+    visible = _visible_fraction(observed.instance, ellipse.area_px)
     flags = (*early, *_outline_flags(fit, visible, parameters))
     if observed.instance.score < parameters.min_score:
         flags = (*flags, Flag.BAD_OUTLINE)

@@ -118,10 +118,7 @@ def hidden_arc(outline: Outline, silhouette: Outline) -> Vectors:
 
 def window_around(instance: Instance) -> Region:
     """The mask's window and the margin in which covers are looked for."""
-    region = instance.visible.region
-    return Region(
-        region.x0 - MARGIN_PX, region.y0 - MARGIN_PX, region.x1 + MARGIN_PX, region.y1 + MARGIN_PX
-    )
+    return instance.visible.region.grown(MARGIN_PX)
 
 
 def _faces(outline: Outline, cover: Cover) -> BoolMask:

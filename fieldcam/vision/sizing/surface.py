@@ -24,7 +24,6 @@ import numpy as np
 import numpy.typing as npt
 
 from fieldcam.values import BoolMask, Calibration, DisparityWindow, FloatMap, Mask
-from fieldcam.vision.clouds import cut
 from fieldcam.vision.sizing.ellipse import EllipseFit, to_ellipse
 from fieldcam.vision.sizing.parameters import Corrections
 
@@ -49,7 +48,7 @@ class Surface:
     @classmethod
     def of(cls, mask: Mask, known: BoolMask, window: DisparityWindow) -> Surface:
         """The pixels of a mask's window that are known to lie on the fruitlet."""
-        values: FloatMap = cut(window, mask.region)
+        values: FloatMap = window.over(mask.region)
         rows, columns = np.nonzero(known & np.isfinite(values))
         step = len(rows) // MAX_PIXELS + 1
         rows, columns = rows[::step], columns[::step]
@@ -76,7 +75,7 @@ def diameter_and_spread(
         short_px = to_ellipse(ray, _facing(fit.shape, offset)).minor_px
     s = fit.radius_at(surface.points_px)
     used = s < RIM if (s < RIM).sum() >= MIN_PIXELS else np.ones(len(s), dtype=np.bool_)
-    depth = focal * calibration.baseline_mm / surface.disparity_px[used]
+    depth = calibration.range_mm(surface.disparity_px[used])
     ahead = np.sqrt(np.maximum(1 - s[used] ** 2, 0.0)) if corrections.center_depth else 0.0
     radius = 0.0
     for _ in range(4):

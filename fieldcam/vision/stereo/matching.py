@@ -72,7 +72,7 @@ def match_coarse(pair: StereoPair, matcher: StereoMatcher, max_disparity: int) -
     """Disparity of the whole image between 0 and a bound, in one pass."""
     width, height = pair.size_px
     half = math.ceil(max_disparity / 2)
-    found = match_region(pair, Region(0, 0, width, height), half, matcher.spanning(half))
+    found = match_region(pair, Region.whole(width, height), half, matcher.spanning(half))
     disparity = found.disparity_px
     bounded = np.where(disparity <= max_disparity, disparity, np.nan).astype(np.float32)
     return DisparityWindow(found.region, bounded)
@@ -94,8 +94,7 @@ def match_whole(
     refined = coarse.disparity_px.copy()
     for tile in _tiles(*pair.size_px):
         inner, disparity = _refine(pair, tile, coarse, matcher, likely_px)
-        rows, columns = _within(inner, tile)
-        better = disparity[rows, columns]
+        better = disparity[inner.slices_in(tile)]
         known = np.isfinite(better) & (better <= max_disparity)
         refined[inner.slices][known] = better[known]
     return DisparityWindow(coarse.region, refined)
@@ -162,20 +161,6 @@ def _inner(tile: Region, width: int, height: int) -> Region:
         tile.x1 - margin * (tile.x1 < width),
         tile.y1 - margin * (tile.y1 < height),
     )
-
-
-def _within(inner: Region, outer: Region) -> tuple[slice, slice]:
-    return (
-        slice(inner.y0 - outer.y0, inner.y1 - outer.y0),
-        slice(inner.x0 - outer.x0, inner.x1 - outer.x0),
-    )
-
-
-def gray(image: ImageU8) -> ImageU8:
-    """(H, W) luminance of an RGB or one-channel image."""
-    if image.ndim == 2:
-        return image
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
 
 
 def resized(image: npt.NDArray[np.uint8], size: tuple[int, int]) -> ImageU8:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from fieldcam.values import FloatMap, ImageU8
-from fieldcam.vision.stereo.matching import gray
+from fieldcam.vision.grey import as_grey
 
 BLOCK_PX = 3
 P1 = 216
@@ -54,7 +54,7 @@ class SgbmMatcher:
         margin = -self._lowest
         # The matcher leaves a strip as wide as its window empty at both sides.
         padded = [
-            cv2.copyMakeBorder(gray(eye), 0, 0, margin, margin, cv2.BORDER_REPLICATE)
+            cv2.copyMakeBorder(as_grey(eye), 0, 0, margin, margin, cv2.BORDER_REPLICATE)
             for eye in (left, right)
         ]
         fixed = self._matcher.compute(padded[0], padded[1])[:, margin:-margin]

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from pupil_apriltags import Detection, Detector
 
 from fieldcam.values import TAG_SIZE_MM, Calibration, ImageU8, TagPose
+from fieldcam.vision.grey import as_grey
 from fieldcam.vision.tags.corners import refine_corners
 
 FAMILY = "tag36h11"
@@ -84,8 +85,7 @@ def detect_tags(
     """
     if min(image.shape[:2]) < SMALLEST_SIDE_PX:
         return ()
-    colourless = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-    grey = np.ascontiguousarray(colourless, np.uint8)
+    grey = np.ascontiguousarray(as_grey(image))
     detections = _shared_detector().detect(grey)
     return tuple(
         _tag_pose(detection, grey, calibration, tag_size_mm)

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from fieldcam.values import ImageU8
+from fieldcam.vision.grey import as_grey
 from fieldcam.vision.tags.aruco_families import marker_counts
 from fieldcam.vision.tags.detection import LOWEST_DECISION_MARGIN, SMALLEST_SIDE_PX, SharedDetector
 
@@ -29,8 +30,7 @@ def other_family(image: ImageU8) -> str:
     """
     if min(image.shape[:2]) < SMALLEST_SIDE_PX:
         return ""
-    grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-    whole = np.ascontiguousarray(grey, np.uint8)
+    whole = np.ascontiguousarray(as_grey(image))
     clear = [
         detection.tag_family.decode()
         for detection in _apriltags().detect(whole)

@@ -9,7 +9,6 @@ from typing import Protocol
 import numpy as np
 
 from fieldcam.values import TAG_SIZE_MM, Calibration, ImageU8, Region, TagPose
-from fieldcam.vision.regions import whole
 from fieldcam.vision.tags.detection import choose_tag
 
 MIN_CROP_PX = 32
@@ -32,7 +31,7 @@ def find_in_right(
     """The same tag in the right image, without a pose: where it should be, else anywhere."""
     if tag is None:
         return None
-    everywhere = whole(right.shape[1], right.shape[0])
+    everywhere = Region.whole(right.shape[1], right.shape[0])
     for region in (expected_region(tag, calibration, everywhere), everywhere):
         if region is None:
             continue
@@ -52,11 +51,11 @@ def expected_region(tag: TagPose, calibration: Calibration, image: Region) -> Re
     spare = max(max(columns) - min(columns), max(rows) - min(rows))
     shift = calibration.disparity_px(tag.range_mm)
     region = Region(
-        max(math.floor(min(columns) - shift - spare), 0),
-        max(math.floor(min(rows) - spare), 0),
-        min(math.ceil(max(columns) - shift + spare), image.width),
-        min(math.ceil(max(rows) + spare), image.height),
-    )
+        math.floor(min(columns) - shift - spare),
+        math.floor(min(rows) - spare),
+        math.ceil(max(columns) - shift + spare),
+        math.ceil(max(rows) + spare),
+    ).overlap(image)
     large_enough = min(region.width, region.height) >= MIN_CROP_PX
     return region if large_enough else None
 
