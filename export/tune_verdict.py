@@ -191,7 +191,7 @@ def measures(
         found["right_tag_read"] = float(other is not None)
         if other is not None:
             found["tag_size_off"] = size_off(tag_size_error((tag, other), calibration))
-            found["tag_rows_px"] = row_disagreement_px([(tag, other)]) or 0.0
+            found["tag_rows_px"] = row_disagreement_px((tag, other))
             found["tag_disparity_px"] = tag_disparity_px((tag, other))
     matches = match_eyes(left, right, region)
     around = left[region.slices]

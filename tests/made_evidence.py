@@ -17,7 +17,9 @@ from fieldcam.values import (
     Mask,
     Region,
     TagPose,
+    Verdict,
 )
+from fieldcam.vision.judging.doubt import unsure_places
 from fieldcam.vision.judging.evidence import Evidence, Quality
 from fieldcam.vision.judging.eye_matches import EyeMatches
 from fieldcam.vision.judging.verdicts import judge
@@ -102,8 +104,12 @@ def evidence(**changes: object) -> Evidence:
     return Evidence(**(parts | given))
 
 
+def judged(found: Evidence) -> Verdict:
+    return judge(found, unsure_places(found))
+
+
 def codes(found: Evidence) -> set[str]:
-    return {reason.code.value for reason in judge(found).reasons}
+    return {reason.code.value for reason in judged(found).reasons}
 
 
 UNREAD: dict[str, Any] = {"tag": None, "right_tag": None, "tag_blur_px": None}

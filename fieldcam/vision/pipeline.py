@@ -154,7 +154,8 @@ class Pipeline:
                 calibration, region, quality, settings.tag_size_mm, pair.torn,
                 "" if tags else other_family(pair.left),
             )  # fmt: skip
-            verdict = judge(evidence)
+            unsure_px = unsure_places(evidence)
+            verdict = judge(evidence, unsure_px)
         return ClusterReading(
             tag=tag,
             tags_seen=tuple(t.id for t in tags),
@@ -162,7 +163,7 @@ class Pipeline:
             verdict=verdict,
             window=window,
             faint_px=segmented.faint_px,
-            unsure_px=unsure_places(evidence),
+            unsure_px=unsure_px,
             tag_size_error=evidence.tag_size_error,
             calibration=calibration,
             settings=settings,

@@ -8,7 +8,7 @@ and a number that looks right.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from fieldcam.values import Flag, Fruitlet, ReasonCode, Region, TagPose
 from fieldcam.vision.judging.evidence import Evidence
 from fieldcam.vision.judging.findings import Finding, confirm
 from fieldcam.words import number_of
+
+Place = tuple[float, float]
+"""x and y in the image, px."""
 
 REACH_MM = 45.0
 """How far from the middle of the target's fruitlets a missed one can hang."""
@@ -25,19 +28,15 @@ MOST_UNSURE = 0.5
 AROUND_PX = 4
 
 
-def judge_doubt(evidence: Evidence) -> Iterator[Finding]:
+def judge_doubt(evidence: Evidence, unsure_px: Sequence[Place]) -> Iterator[Finding]:
     """A question where too much beside the tag may be fruit that was not found."""
-    target = evidence.target
-    if evidence.tag is None or not target:
-        return
-    places = unsure_places(evidence)
-    if len(places) > MOST_UNSURE * len(target):
-        more = number_of(len(places), "place")
+    if len(unsure_px) > MOST_UNSURE * len(evidence.target):
+        more = number_of(len(unsure_px), "place")
         text = f"{more} beside the tag may be fruit that was not measured: count them."
         yield confirm(ReasonCode.UNSURE_FRUIT, text)
 
 
-def unsure_places(evidence: Evidence) -> tuple[tuple[float, float], ...]:
+def unsure_places(evidence: Evidence) -> tuple[Place, ...]:
     """Middles (x, y) in the image of what may be fruitlets of the target."""
     target, tag = evidence.target, evidence.tag
     if tag is None or not target:
@@ -50,7 +49,7 @@ def unsure_places(evidence: Evidence) -> tuple[tuple[float, float], ...]:
     return (*faint, *unsized, *apart)
 
 
-def _range_at(evidence: Evidence, place: tuple[float, float]) -> float | None:
+def _range_at(evidence: Evidence, place: Place) -> float | None:
     """Median range around a place of the image; None where nothing is known."""
     column, row = round(place[0]), round(place[1])
     near = evidence.window.over(Region(column, row, column + 1, row + 1).grown(AROUND_PX))
@@ -58,9 +57,7 @@ def _range_at(evidence: Evidence, place: tuple[float, float]) -> float | None:
     return evidence.calibration.range_mm(float(np.median(known))) if known.size else None
 
 
-def _beside(
-    place: tuple[float, float], range_mm: float | None, evidence: Evidence, tag: TagPose
-) -> bool:
+def _beside(place: Place, range_mm: float | None, evidence: Evidence, tag: TagPose) -> bool:
     """Whether something at a place of the image can belong to the target."""
     target = evidence.target
     middle = np.median([f.center_px for f in target], axis=0)

@@ -10,11 +10,11 @@ from collections.abc import Iterator
 
 from fieldcam.calibration.drift import (
     DRIFT_SIZE,
-    TAG_SIZE_BIAS,
     TagMatch,
     row_disagreement_px,
     size_off,
     tag_disparity_px,
+    unbiased,
 )
 from fieldcam.values import FARTHEST_MM, NEAREST_MM, ReasonCode, TagPose
 from fieldcam.vision.judging.evidence import Evidence
@@ -66,10 +66,10 @@ def _in_range(tag: TagPose) -> bool:
 
 
 def _eyes_by_tag(evidence: Evidence, match: TagMatch) -> Iterator[Finding]:
-    rows_px = row_disagreement_px([match]) or 0.0
+    rows_px = row_disagreement_px(match)
     error = evidence.tag_size_error
     size = size_off(error)
-    resized = error is None or abs(error - TAG_SIZE_BIAS) > MOVED_SIZE
+    resized = error is None or abs(unbiased(error)) > MOVED_SIZE
     moved = resized or evidence.quality.eyes.nearer_is_farther_off
     far_off = rows_px > MISPAIRED_ROWS_PX or size > MISPAIRED_SIZE
     cause = _with_size if rows_px <= DRIFT_ROWS_PX and error is not None else _alone
@@ -88,7 +88,7 @@ def _alone(evidence: Evidence, cause: str) -> str:
 def _with_size(evidence: Evidence, cause: str) -> str:
     """Where only the tag's size is off, the card itself may be of another size."""
     printed_mm = evidence.tag_size_mm
-    measured_mm = printed_mm * (1 + (evidence.tag_size_error or 0.0) - TAG_SIZE_BIAS)
+    measured_mm = printed_mm * (1 + unbiased(evidence.tag_size_error or 0.0))
     return (
         f"The tag measures {measured_mm:.1f} mm, and is set up as {printed_mm:g} mm: correct the"
         f" size of the tags if the card has another one (Set-up). Else: {cause}"

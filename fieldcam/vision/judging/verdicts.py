@@ -7,7 +7,7 @@ simulator's own faults, on which the verdict is measured.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from fieldcam.values import (
     FARTHEST_MM,
@@ -19,7 +19,7 @@ from fieldcam.values import (
     TagPose,
     Verdict,
 )
-from fieldcam.vision.judging.doubt import judge_doubt
+from fieldcam.vision.judging.doubt import Place, judge_doubt
 from fieldcam.vision.judging.evidence import Evidence, Quality
 from fieldcam.vision.judging.eyes import judge_eyes
 from fieldcam.vision.judging.findings import Finding, confirm, retake
@@ -47,8 +47,11 @@ CLUSTER_MM = 65.0
 """How far from its tag's centre a fruitlet can hang."""
 
 
-def judge(evidence: Evidence) -> Verdict:
-    """The verdict, with every reason that holds; causes stand before consequences."""
+def judge(evidence: Evidence, unsure_px: Sequence[Place]) -> Verdict:
+    """The verdict, with every reason that holds; causes stand before consequences.
+
+    `unsure_px` are the places that `unsure_places` finds in the evidence.
+    """
     light = list(_light(evidence.quality))
     eyes = list(judge_eyes(evidence, spoiled=bool(light)))
     torn = list(_torn(evidence))
@@ -56,7 +59,7 @@ def judge(evidence: Evidence) -> Verdict:
     tag = _tag(evidence, spoiled=bool(torn or light))
     findings = [*spoiled, *tag, *_fruit(evidence, explained=bool(spoiled))]
     if not spoiled:
-        findings += judge_doubt(evidence)
+        findings += judge_doubt(evidence, unsure_px)
     reasons = tuple(reason for _, reason in findings)
     statuses = {status for status, _ in findings}
     worst = (s for s in (Status.RETAKE, Status.CONFIRM) if s in statuses)
