@@ -257,9 +257,7 @@ def _truth(renderer: Renderer, left: EyeView, right: EyeView) -> Truth:
         tag_rotation=(renderer.pose.rotation @ scene.tag_rotation).astype(np.float32),
         fruitlets=true_fruitlets(renderer, left),
         left_disparity_px=disparity(renderer, left),
-        right_disparity_px=disparity(renderer, right),
         left_matched=matched(renderer, left, right, 0.0, baseline),
-        right_matched=matched(renderer, right, left, baseline, 0.0),
     )
 
 

@@ -46,7 +46,7 @@ class TrueFruitlet:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Truth:
-    """Truth in the rectified left image, and disparity in both."""
+    """Truth in the rectified left image, and its disparity."""
 
     tag_id: int
     tag_center_mm: tuple[float, float, float]
@@ -54,10 +54,8 @@ class Truth:
     fruitlets: tuple[TrueFruitlet, ...]
     left_disparity_px: FloatMap
     """(H, W) NaN where nothing is hit."""
-    right_disparity_px: FloatMap
     left_matched: BoolMask
     """(H, W) the point is also seen in the right image."""
-    right_matched: BoolMask
 
     @property
     def target(self) -> tuple[TrueFruitlet, ...]:

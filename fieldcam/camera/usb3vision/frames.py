@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fieldcam.camera.usb3vision.blocks import ImageInfo, PayloadType
-from fieldcam.camera.usb3vision.chunks import parse_chunks
+from fieldcam.camera.usb3vision.blocks import ImageInfo
 from fieldcam.camera.usb3vision.transport import Bytes
 
 
@@ -27,12 +26,6 @@ class Frame:
     """As many bytes as the camera vouches for."""
     lost_before: int
     """Blocks that the camera sent between the one before and this one, and nobody got."""
-
-    def chunks(self) -> dict[int, Bytes]:
-        """The records behind the image by id; raises FrameIncomplete where they are damaged."""
-        if self.payload_type not in (PayloadType.CHUNKS, PayloadType.IMAGE_WITH_CHUNKS):
-            return {}
-        return parse_chunks(self.payload, 0 if self.image is None else self.image.size_bytes)
 
 
 class FramePool:
