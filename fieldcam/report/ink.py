@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from fieldcam.values import Ellipse, ImageU8, Region
+from fieldcam.values import Ellipse, Floats, ImageU8, Region
 
 Colour = tuple[int, int, int]
 """RGB, 0 to 255."""
@@ -148,7 +148,12 @@ class Canvas:
 def circle(center: Point, radius_px: float, corners: int = 24) -> list[Point]:
     """A closed line that looks round."""
     around = Ellipse(center, 2 * radius_px, 2 * radius_px, 0.0).points_px(corners)
-    return [(float(x), float(y)) for x, y in around]
+    return [point(xy) for xy in around]
+
+
+def point(xy: Floats) -> Point:
+    """Of x and y (2,)."""
+    return float(xy[0]), float(xy[1])
 
 
 def _font() -> cv2.FontFace:

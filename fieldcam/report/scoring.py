@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fieldcam.exchange.rounding import rounded
 from fieldcam.values import ClusterReading, Fruitlet, Status
 
 if TYPE_CHECKING:
@@ -67,9 +68,9 @@ def summary(captures: Iterable[ScoredCapture]) -> dict[str, Any]:
     return {
         "captures": len(captures),
         "sizes": len(errors),
-        "mae_mm": _rounded(np.abs(errors).mean() if len(errors) else None),
-        "bias_mm": _rounded(errors.mean() if len(errors) else None),
-        "p95_mm": _rounded(np.quantile(np.abs(errors), 0.95) if len(errors) else None),
+        "mae_mm": rounded(np.abs(errors).mean() if len(errors) else None, 4),
+        "bias_mm": rounded(errors.mean() if len(errors) else None, 4),
+        "p95_mm": rounded(np.quantile(np.abs(errors), 0.95) if len(errors) else None, 4),
         "sized_share_well_visible": _share(_sized(visible), len(visible)),
         "sized_share_all": _share(_sized(own), len(own)),
         "foreign_share": _share(sum(c.foreign for c in captures), readings),
@@ -102,7 +103,3 @@ def _sized(scored: Sequence[Scored]) -> int:
 
 def _share(part: int, whole: int) -> float | None:
     return round(part / whole, 4) if whole else None
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(float(value), 4)

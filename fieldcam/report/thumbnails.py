@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from fieldcam.images import as_rgb
-from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface
+from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface, point
 from fieldcam.values import Fruitlet, ImageU8
 from fieldcam.vision.sizing.outline import pixel_outline
 
@@ -35,14 +35,14 @@ def cluster_thumbnail(left: ImageU8, fruitlets: Mapping[str, Fruitlet]) -> bytes
     turned = np.array([[1, 0, -corner[0]], [0, 1, -corner[1]]]) * (SIDE_PX / side)
     canvas = Canvas(np.asarray(cv2.warpAffine(rgb, turned, (SIDE_PX, SIDE_PX)), np.uint8))
     shown = {
-        name: [_point(p) for p in (points - corner) * (SIDE_PX / side)]
+        name: [point(p) for p in (points - corner) * (SIDE_PX / side)]
         for name, points in outlines.items()
     }
     for points in shown.values():
         canvas.polyline(points, _INK, 4, alpha=0.35, closed=True)
         canvas.polyline(points, _LINE, 2, closed=True)
     for name, points in shown.items():
-        _write(canvas, _point(np.mean(points, axis=0)), name)
+        _write(canvas, point(np.mean(points, axis=0)), name)
     done, data = cv2.imencode(".jpg", canvas.image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     assert done  # only an unknown format fails
     return data.tobytes()
@@ -63,7 +63,3 @@ def _write(canvas: Canvas, at: Point, text: str) -> None:
     plate = Rect(at[0] - half, at[1] - up, at[0] + half, at[1] + up).grown(5)
     canvas.panel(plate, _INK, 0.7, 5)
     canvas.text((at[0] - half, at[1] + up), text, _FACE, _LINE)
-
-
-def _point(xy: np.ndarray) -> Point:
-    return float(xy[0]), float(xy[1])
