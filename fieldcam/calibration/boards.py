@@ -137,7 +137,7 @@ def find_corners(board: Board, image: ImageU8) -> Corners:
 
 
 def seen_markers(image: ImageU8) -> str:
-    """The family of most of a picture's markers; empty where there are too few to tell."""
+    """The family of most markers of a picture (H, W, 3) or (H, W); empty where too few tell."""
     grey = as_grey(image)
     counts = marker_counts(grey, LEAST_MARKER_PX)
     family = max(counts, key=lambda name: counts[name])

@@ -98,6 +98,7 @@ class _Overlay:
         ]
 
     def draw(self, simulated: bool, footnote: str) -> ImageU8:
+        """(H, W, 3), no narrower than what it is designed for."""
         self._dim_surroundings()
         for look in self._looks:
             self._paint_mask(look)

@@ -166,7 +166,7 @@ def draw_shot(
 def expose(
     shot: Shot, left: EyeView, right: EyeView, calibration: Calibration
 ) -> tuple[ImageU8, ImageU8]:
-    """Both pictures of an exposure."""
+    """Both pictures (h, w, 3) of an exposure, each as large as its view."""
     sensors = (shot.sensor, shot.sensor.other_eye())
     pictures = []
     for sensor, view, shift in zip(sensors, (left, right), (0.0, shot.tilt_px), strict=True):

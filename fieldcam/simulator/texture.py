@@ -45,7 +45,7 @@ def grain(points: F32, period: float) -> F32:
 
 
 def tag_image(tag_id: int) -> F32:
-    """The tag's print at _CELL_PX pixels a bit, 1 white and 0 black."""
+    """The tag's print (H, H) at _CELL_PX pixels a bit, 1 white and 0 black."""
     family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
     # OpenCV draws this family upside down against AprilTag's own corner order.
     bits = np.rot90(cv2.aruco.generateImageMarker(family, tag_id, 8), 2)

@@ -47,7 +47,9 @@ class Signature:
 class Network(Protocol):
     """Something that turns named arrays into named arrays."""
 
-    def run(self, inputs: Arrays) -> dict[str, npt.NDArray[Any]]: ...
+    def run(self, inputs: Arrays) -> dict[str, npt.NDArray[Any]]:
+        """Arrays by name; their shapes are the graph's."""
+        ...
 
     def warm_up(self) -> None: ...
 

@@ -47,7 +47,7 @@ class Segmentation(Protocol):
     """What finds fruitlets in an image."""
 
     def segment(self, image: ImageU8, region: Region | None = None) -> Segmented:
-        """Fruitlets of an image, or of a region of it."""
+        """Fruitlets of an image (H, W, 3) or (H, W), or of a region of it."""
         ...
 
 
@@ -69,7 +69,7 @@ class Segmenter:
         self._model.warm_up()
 
     def segment(self, image: ImageU8, region: Region | None = None) -> Segmented:
-        """Fruitlets of an image, or of a region of it."""
+        """Fruitlets of an image (H, W, 3) or (H, W), or of a region of it."""
         height, width = image.shape[:2]
         region = region or Region.whole(width, height)
         crop = image[region.slices]

@@ -41,7 +41,7 @@ class FramePool:
         self._free = deque(bytearray(b"\1") * capacity for _ in range(count))
 
     def take(self) -> Bytes:
-        """An array of the pool's capacity; never waits: it makes new memory if it must."""
+        """An array (capacity,) of bytes; never waits: it makes new memory if it must."""
         block = self._free.popleft() if self._free else bytearray(self._capacity)
         # All views of an array refer to the first one over its memory, so that one
         # lives as long as any of them.

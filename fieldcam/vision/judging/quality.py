@@ -71,13 +71,13 @@ def middle(width_px: int, height_px: int) -> Region:
 
 
 def white_level(grey: ImageU8) -> float:
-    """Grey that 5 % of the pixels reach."""
+    """Grey that 5 % of the pixels (H, W) reach."""
     counts = np.cumsum(np.bincount(grey.ravel(), minlength=256))
     return float(np.searchsorted(counts, WHITE_QUANTILE * counts[-1]))
 
 
 def clipped_share(grey: npt.NDArray[np.uint8]) -> float:
-    """Share of pixels at the top of the scale."""
+    """Share of pixels, of any shape (...,), at the top of the scale."""
     return float((grey >= CLIPPED).mean()) if grey.size else 0.0
 
 

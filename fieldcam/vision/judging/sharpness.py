@@ -39,7 +39,10 @@ LEAST_SLOPE = 2.0
 
 
 def tag_blur_px(grey: ImageU8, tag: TagPose) -> float | None:
-    """Blur across the tag's sides, the worse pair of opposite sides; None where unreadable."""
+    """Blur across the tag's sides in an image (H, W), of the worse pair of opposite ones.
+
+    None where it cannot be read.
+    """
     corners = np.array(tag.corners_px, np.float64)
     ends = np.roll(corners, -1, axis=0)
     reach_px = REACH * float(np.linalg.norm(ends - corners, axis=1).min())
@@ -50,7 +53,7 @@ def tag_blur_px(grey: ImageU8, tag: TagPose) -> float | None:
 
 
 def edge_blur_px(grey: ImageU8) -> float | None:
-    """Blur of the sharpest edges in their worst direction; None where there are too few.
+    """Blur of the sharpest edges of an image (H, W) in their worst direction; None where too few.
 
     An edge of blur s seen through Gaussians of 1 and 2 px keeps slopes in the
     ratio sqrt((s^2 + 4) / (s^2 + 1)).

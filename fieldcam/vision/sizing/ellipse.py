@@ -63,7 +63,7 @@ class EllipseFit:
 
 
 def to_ellipse(center_px: tuple[float, float], shape: Vectors) -> Ellipse:
-    """Axes and angle of the ellipse |L (p - c)| = 1."""
+    """Axes and angle of the ellipse |L (p - c)| = 1, L (2, 2) in 1/px."""
     values, axes = np.linalg.eigh(shape)
     angle = float(np.arctan2(axes[1, 0], axes[0, 0]))
     return Ellipse(center_px, 2.0 / float(values[0]), 2.0 / float(values[1]), angle)
@@ -138,7 +138,7 @@ class _Problem:
         return state
 
     def spread(self, state: Vectors) -> float:
-        """Robust standard deviation of the edge points' distances."""
+        """Robust standard deviation of the edge points' distances; `state` is (5,)."""
         distance, _ = _distances(self.points[self.is_edge], state)
         return float(1.4826 * np.median(np.abs(distance)))
 

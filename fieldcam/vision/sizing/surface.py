@@ -47,7 +47,7 @@ class Surface:
 
     @classmethod
     def of(cls, mask: Mask, known: BoolMask, window: DisparityWindow) -> Surface:
-        """The pixels of a mask's window that are known to lie on the fruitlet."""
+        """The pixels that are known to lie on the fruitlet; `known` is (h, w) over the mask."""
         values: FloatMap = window.over(mask.region)
         rows, columns = np.nonzero(known & np.isfinite(values))
         step = len(rows) // MAX_PIXELS + 1

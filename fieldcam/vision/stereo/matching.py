@@ -62,7 +62,10 @@ def match_region(
 
 
 def right_crop(right: ImageU8, region: Region, offset_px: int) -> ImageU8:
-    """The right image's part that lies `offset_px` left of a region, border pixels repeated."""
+    """The right image's part that lies `offset_px` left of a region, border pixels repeated.
+
+    (region.height, region.width, 3), or without colours (region.height, region.width).
+    """
     columns = np.arange(region.x0, region.x1) - offset_px
     rows = right[region.y0 : region.y1]
     return np.ascontiguousarray(rows[:, np.clip(columns, 0, right.shape[1] - 1)])

@@ -65,6 +65,7 @@ class SharedDetector:
         )
 
     def detect(self, grey: ImageU8) -> list[Detection]:
+        """All that looks like a tag in an image (H, W); corners (4, 2) are the library's."""
         with self._lock:
             return self._detector.detect(grey)
 
@@ -79,7 +80,7 @@ def detect_tags(
     calibration: Calibration | None = None,
     tag_size_mm: float = TAG_SIZE_MM,
 ) -> tuple[TagPose, ...]:
-    """All tags of an image, RGB or one channel, duplicates included.
+    """All tags of an image (H, W, 3) or (H, W), duplicates included.
 
     Without a calibration the tags have no pose.
     """

@@ -26,7 +26,7 @@ LEAST_SIDE_PX = 25
 def other_family(image: ImageU8) -> str:
     """Such as `tag25h9` or `ArUco 6x6`; empty where no tag of these is seen.
 
-    `image` is RGB or one channel.
+    `image` is (H, W, 3) or (H, W).
     """
     if min(image.shape[:2]) < SMALLEST_SIDE_PX:
         return ""

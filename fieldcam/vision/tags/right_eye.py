@@ -28,7 +28,7 @@ class TagReader(Protocol):
 def find_in_right(
     read_tags: TagReader, right: ImageU8, tag: TagPose | None, calibration: Calibration
 ) -> TagPose | None:
-    """The same tag in the right image, without a pose: where it should be, else anywhere."""
+    """The same tag in the right image (H, W, 3), without a pose; where it should be first."""
     if tag is None:
         return None
     everywhere = Region.whole(right.shape[1], right.shape[0])
