@@ -1,4 +1,4 @@
-"""How colours lie in an image's pixels; numpy only, for the app's own process."""
+"""Sizes of images, and how colours lie in their pixels; numpy only, for the app's own process."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from fieldcam.errors import PairMismatch
 from fieldcam.values import ImageU8, PixelFormat
 
 Cell = tuple[int, int]
@@ -31,3 +32,13 @@ def mosaic(image: ImageU8, pixel_format: PixelFormat) -> ImageU8:
     for (row, column), channel in zip(BAYER_CELLS[pixel_format], (0, 1, 1, 2), strict=True):
         kept[row::2, column::2] = image[row::2, column::2, channel]
     return kept
+
+
+def check_size(size_px: tuple[int, int], calibrated_px: tuple[int, int]) -> None:
+    """Refuses an image whose width and height are not those of its calibration."""
+    if size_px != calibrated_px:
+        has, wants = (f"{width} x {height}" for width, height in (size_px, calibrated_px))
+        raise PairMismatch(
+            f"The image has {has} pixels, its calibration {wants}.",
+            "Give the calibration of the camera that took it.",
+        )

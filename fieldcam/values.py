@@ -106,6 +106,11 @@ class Calibration:
     cy_px: float
     baseline_mm: float
 
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height of its images."""
+        return self.width_px, self.height_px
+
     def range_mm(self, disparity_px: _Lengths) -> _Lengths:
         """Depth z of a point, or of an array (...) of them, with this disparity."""
         return self.focal_px * self.baseline_mm / disparity_px

@@ -47,7 +47,7 @@ class StereoRig:
     @property
     def size_px(self) -> tuple[int, int]:
         """Width and height of the raw images, and of the rectified ones."""
-        return self.rectified.width_px, self.rectified.height_px
+        return self.rectified.size_px
 
 
 def projection_focal_px(document: Document, projection: Array, name: str) -> float:

@@ -11,12 +11,12 @@ from fieldcam.errors import ImageUnreadable
 from fieldcam.exchange.image_files import (
     ImageFile,
     check_same_size,
-    check_size,
     checked_image,
     read_image_file,
 )
 from fieldcam.exchange.image_formats import ImageHeader
 from fieldcam.exchange.targets import check_target, write_target
+from fieldcam.images import check_size
 from fieldcam.values import Calibration, ImageU8
 
 
@@ -43,7 +43,7 @@ def read_pair(left_path: Path, right_path: Path) -> tuple[ImageU8, ImageU8]:
 
 def check_against(calibration: Calibration, image: ImageU8) -> None:
     """Refuses an image (H, W, 3) whose size is not the calibration's."""
-    check_size(calibration, (image.shape[1], image.shape[0]))
+    check_size((image.shape[1], image.shape[0]), calibration.size_px)
 
 
 def check_png_target(path: Path) -> None:

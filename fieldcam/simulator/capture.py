@@ -106,7 +106,7 @@ def look(block: Block, cluster_index: int, day: float, view: int, faults: Faults
 def both_eyes(aimed: Aim, cluster_index: int, day: float, view: int) -> Sight:
     """Look at what is before the camera through both eyes."""
     calibration, renderer = aimed.calibration, aimed.renderer
-    region = Region.whole(calibration.width_px, calibration.height_px)
+    region = Region.whole(*calibration.size_px)
     left, right = (renderer.view(x, region) for x in (0.0, calibration.baseline_mm))
     truth = _truth(renderer, left, right)
     return Sight(
