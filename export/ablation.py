@@ -32,11 +32,16 @@ from fieldcam.values import (
     StereoPair,
 )
 from fieldcam.vision.clouds import FruitletCloud
-from fieldcam.vision.covers import covers
 from fieldcam.vision.pipeline import Pipeline
 from fieldcam.vision.segmentation import is_cut
-from fieldcam.vision.sizing import Observation, Size, size_by_paper, size_fruitlet
-from fieldcam.vision.sizing_settings import Corrections, SizingParameters
+from fieldcam.vision.sizing.covers import covers
+from fieldcam.vision.sizing.diameters import (
+    Observation,
+    Size,
+    size_by_paper,
+    size_fruitlet,
+)
+from fieldcam.vision.sizing.parameters import Corrections, SizingParameters
 
 Sizing = Callable[[Observation, Calibration], Size]
 Rows = dict[str, list[Outcome]]

@@ -21,8 +21,8 @@ from fieldcam.cli.networks import checked_models
 from fieldcam.exchange.images import read_pair
 from fieldcam.values import Calibration, Matcher, Method, Settings, StereoPair
 from fieldcam.vision.pipeline import Pipeline
-from fieldcam.vision.sgbm import SgbmMatcher
-from fieldcam.vision.stereo import match_whole
+from fieldcam.vision.stereo.matching import match_whole
+from fieldcam.vision.stereo.sgbm import SgbmMatcher
 
 NO_USER_FOLDER = Path("/nonexistent")
 """Only the shipped networks are timed."""

@@ -31,6 +31,7 @@ from export.drawn_objects import (
     rgb_of,
 )
 from export.segmentation_window import Window
+from fieldcam.values import Region
 
 WINDOW_PX = 512
 MAX_FRUIT = 60
@@ -51,46 +52,32 @@ class Canvas:
         """Pixels of one side."""
         return len(self.image)
 
-    def _overlap(self, sprite: Sprite) -> tuple[slice, slice, slice, slice] | None:
-        height, width = sprite.alpha.shape
-        x0, y0 = max(sprite.x, 0), max(sprite.y, 0)
-        x1, y1 = min(sprite.x + width, self.side), min(sprite.y + height, self.side)
-        if x0 >= x1 or y0 >= y1:
-            return None
-        return (
-            slice(y0, y1),
-            slice(x0, x1),
-            slice(y0 - sprite.y, y1 - sprite.y),
-            slice(x0 - sprite.x, x1 - sprite.x),
-        )
+    @property
+    def region(self) -> Region:
+        return Region.whole(self.side, self.side)
 
     def shadow(self, sprite: Sprite, dx: int, dy: int, depth: float) -> None:
         """Darkens what lies behind a sprite, beside it."""
         soft = cv2.GaussianBlur(np.pad(sprite.alpha, 6), (0, 0), 2.5)
         cast = Sprite(sprite.x - 6 + dx, sprite.y - 6 + dy, np.asarray(soft), sprite.colour)
-        where = self._overlap(cast)
-        if where is not None:
-            rows, columns, of_rows, of_columns = where
-            share = cast.alpha[of_rows, of_columns, None]
-            self.image[rows, columns] *= 1.0 - depth * share
+        seen = cast.region.overlap(self.region)
+        self.image[seen.slices] *= 1.0 - depth * cast.alpha[seen.slices_in(cast.region)][..., None]
 
     def paint(self, sprite: Sprite, fruit: bool = False) -> None:
         """Lays a sprite over the picture; a fruit gets the next label."""
-        where = self._overlap(sprite)
-        if where is None:
-            return
-        rows, columns, of_rows, of_columns = where
-        alpha = sprite.alpha[of_rows, of_columns]
-        area = self.image[rows, columns]
-        area += (sprite.colour[of_rows, of_columns] - area) * alpha[..., None]
+        seen = sprite.region.overlap(self.region)
+        shown = seen.slices_in(sprite.region)
+        alpha = sprite.alpha[shown]
+        area = self.image[seen.slices]
+        area += (sprite.colour[shown] - area) * alpha[..., None]
         covered = alpha > 0.5
         if fruit and covered.any():
             outline = np.zeros(self.labels.shape, bool)
-            outline[rows, columns] = covered
+            outline[seen.slices] = covered
             self.whole.append(outline)
         label = len(self.whole) if fruit else 0
-        self.labels[rows, columns][covered] = label
-        self.front[rows, columns] |= covered
+        self.labels[seen.slices][covered] = label
+        self.front[seen.slices] |= covered
 
     def window(self) -> Window:
         """The finished picture."""

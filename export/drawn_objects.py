@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from fieldcam.values import Region
+
 ImageU8 = npt.NDArray[np.uint8]
 F32 = npt.NDArray[np.float32]
 Colour = npt.NDArray[np.float32]
@@ -26,6 +28,11 @@ class Sprite:
     """(h, w) 0 to 1 coverage."""
     colour: F32
     """(h, w, 3) 0 to 255."""
+
+    @property
+    def region(self) -> Region:
+        height, width = self.alpha.shape
+        return Region(self.x, self.y, self.x + width, self.y + height)
 
 
 @dataclass(frozen=True, slots=True)

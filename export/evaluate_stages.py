@@ -29,7 +29,6 @@ from fieldcam.values import (
     Settings,
     StereoPair,
 )
-from fieldcam.vision.clouds import cut
 from fieldcam.vision.pipeline import Pipeline
 
 LEAST_VISIBLE_PX = 60
@@ -81,7 +80,7 @@ def mask_ious(reading: ClusterReading, truth: PixelTruth) -> Iterator[float]:
 def disparity_errors(reading: ClusterReading, truth: PixelTruth) -> Floats:
     """Signed errors in px on fruitlets' pixels that both eyes see; NaN where unknown."""
     assert reading.window is not None
-    found = cut(reading.window, truth.region)
+    found = reading.window.over(truth.region)
     chosen = (truth.fruit > 0) & truth.matched
     return np.asarray((found - truth.disparity_px)[chosen], np.float64)
 

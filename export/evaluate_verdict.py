@@ -156,11 +156,10 @@ def tag_in_view(order: Order) -> bool:
     plan, calibration = block.clusters[order.index], calibration_of(block)
     scene = build_scene(plan, order.day)
     shot = draw_shot(plan, scene, order.day, 0, calibration, order.faults)
-    x, y, z = (float(v) for v in shot.pose.apply(scene.tag_center_mm))
-    half_px = CARD_MM / 2 * calibration.focal_px / z
-    column = calibration.cx_px + calibration.focal_px * x / z
-    row = calibration.cy_px + calibration.focal_px * y / z
-    left_gap = column - calibration.disparity_px(z)
+    tag_mm = shot.pose.apply(scene.tag_center_mm)
+    half_px = CARD_MM / 2 * calibration.px_per_mm(float(tag_mm[2]))
+    column, row = (float(v) for v in calibration.places_px(tag_mm))
+    left_gap = column - calibration.disparity_px(float(tag_mm[2]))
     right_gap = calibration.width_px - 1 - column
     return min(left_gap, right_gap, row, calibration.height_px - 1 - row) > half_px
 

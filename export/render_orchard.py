@@ -19,10 +19,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import numpy.typing as npt
-import yaml
 
+from fieldcam.calibration.rectified_file import rectified_file
 from fieldcam.simulator import Block, Fault, Faults, SimulatedCapture, TrueFruitlet, capture
-from fieldcam.values import Calibration, ImageU8
+from fieldcam.values import ImageU8
 
 DAYS = (0.0, 2.0, 4.0)
 TUNING = Path("export/.cache/tuning")
@@ -66,7 +66,7 @@ def write(order: Order, folder: Path) -> None:
     done = order.render()
     _write_image(folder / "left.png", done.raw.left)
     _write_image(folder / "right.png", done.raw.right)
-    (folder / "calibration.yml").write_text(yaml.safe_dump(camera_info(done.calibration)))
+    (folder / "calibration.yml").write_bytes(rectified_file(done.calibration))
     (folder / "truth.json").write_text(json.dumps(_truth(order, done)))
     window = _target_window(done)
     np.savez_compressed(
@@ -83,22 +83,6 @@ def render_tuning() -> None:
     """The pairs on which thresholds and corrections are chosen, in TUNING."""
     for order in season(_TUNING_SEED, _TUNING_BLOCKS, _TUNING_CLUSTERS):
         write(order, TUNING / order.name)
-
-
-def camera_info(calibration: Calibration) -> dict[str, object]:
-    """The right eye's CameraInfo of an already rectified pair."""
-    f, cx, cy = calibration.focal_px, calibration.cx_px, calibration.cy_px
-    shift = -f * calibration.baseline_mm / 1000
-    return {
-        "header": {"seq": 1, "stamp": {"secs": 0, "nsecs": 0}, "frame_id": "camera"},
-        "height": calibration.height_px,
-        "width": calibration.width_px,
-        "distortion_model": "plumb_bob",
-        "D": [0.0] * 5,
-        "K": [f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0],
-        "R": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-        "P": [f, 0.0, cx, shift, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
-    }
 
 
 def _truth(order: Order, done: SimulatedCapture) -> dict[str, object]:

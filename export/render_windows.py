@@ -120,8 +120,7 @@ def _interest(
     if choices and rng.random() < 0.9:
         point = choices[int(rng.integers(len(choices)))]
     seen = renderer.pose.apply(point)
-    place = seen[:2] / seen[2] * calibration.focal_px + [calibration.cx_px, calibration.cy_px]
-    return np.asarray(place, np.float32), float(seen[2])
+    return np.asarray(calibration.places_px(seen), np.float32), float(seen[2])
 
 
 def main() -> None:

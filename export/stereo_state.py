@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from torch import nn
 
 from export.raft import RaftConfig, RaftStereo
 from export.weights_file import load_model, save_tensors
@@ -106,7 +105,3 @@ def append_line(path: Path, values: dict[str, Any]) -> None:
     """Adds one JSON document as a line."""
     with path.open("a", encoding="utf-8") as stream:
         stream.write(json.dumps(values) + "\n")
-
-
-def parameter_count(model: nn.Module) -> int:
-    return sum(parameter.numel() for parameter in model.parameters())

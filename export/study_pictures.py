@@ -28,16 +28,16 @@ def photograph(block: Block, cluster_index: int, day: float, view: int) -> tuple
     left, right = (aimed.renderer.view(x, r) for x, r in zip(eyes, regions, strict=True))
     pictures = expose(aimed.shot, left, right, aimed.calibration)
     pair = StereoPair(_framed(pictures[0], left, aimed), _framed(pictures[1], right, aimed))
-    return pair, _truth(aimed, left, right)
+    return pair, _truth(aimed, left)
 
 
 def _regions(aimed: Aim) -> tuple[Region, Region]:
     """What is rendered for the left eye and for the right one."""
     c, scene = aimed.calibration, aimed.renderer.scene
-    x, y, z = aimed.shot.pose.apply(scene.tag_center_mm)
-    half = REGION_MM / 2 * c.focal_px / z + MARGIN_PX
-    column, row = x / z * c.focal_px + c.cx_px, y / z * c.focal_px + c.cy_px
-    shift = c.disparity_px(float(z))
+    tag_mm = aimed.shot.pose.apply(scene.tag_center_mm)
+    half = REGION_MM / 2 * c.px_per_mm(float(tag_mm[2])) + MARGIN_PX
+    column, row = c.places_px(tag_mm)
+    shift = c.disparity_px(float(tag_mm[2]))
 
     def around(center: float) -> Region:
         x0, x1 = (int(np.clip(center + s * half, 0, c.width_px)) for s in (-1, 1))
@@ -53,7 +53,7 @@ def _framed(picture: ImageU8, view: EyeView, aimed: Aim) -> ImageU8:
     return whole
 
 
-def _truth(aimed: Aim, left: EyeView, right: EyeView) -> Truth:
+def _truth(aimed: Aim, left: EyeView) -> Truth:
     scene, pose = aimed.renderer.scene, aimed.shot.pose
     x, y, z = (float(v) for v in pose.apply(scene.tag_center_mm))
     unknown = np.zeros((0, 0), np.bool_)
@@ -63,7 +63,5 @@ def _truth(aimed: Aim, left: EyeView, right: EyeView) -> Truth:
         tag_rotation=(pose.rotation @ scene.tag_rotation).astype(np.float32),
         fruitlets=true_fruitlets(aimed.renderer, left),
         left_disparity_px=disparity(aimed.renderer, left),
-        right_disparity_px=disparity(aimed.renderer, right),
         left_matched=unknown,
-        right_matched=unknown,
     )

@@ -15,6 +15,7 @@ from math import inf
 import numpy as np
 
 from export.study_captures import VIEWS, Job, write_document
+from fieldcam.growth.fate import disk_points
 from fieldcam.simulator import Faults
 from fieldcam.simulator.capture import aim
 from fieldcam.simulator.mesh import F32
@@ -52,12 +53,11 @@ def _looked_for(job: Job, view: int) -> dict[str, float]:
 
 def _front(center_mm: F32, radius_mm: float) -> F32:
     """Points (POINTS, 3) of its surface that stand evenly in its image."""
-    k = np.arange(POINTS)
-    radius, angle = np.sqrt((k + 0.5) / POINTS), k * np.pi * (3 - np.sqrt(5))
+    disk = disk_points(POINTS)
     toward = -center_mm / np.linalg.norm(center_mm)
     across = np.cross(toward, [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
     up = np.cross(across, toward)
-    flat = np.outer(radius * np.cos(angle), across) + np.outer(radius * np.sin(angle), up)
-    points = flat + np.outer(np.sqrt(1 - radius**2), toward)
+    height = np.sqrt(1 - (disk**2).sum(axis=1))
+    points = disk @ np.stack([across, up]) + np.outer(height, toward)
     return np.asarray(center_mm + radius_mm * points, np.float32)

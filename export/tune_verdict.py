@@ -31,6 +31,7 @@ from fieldcam.calibration.drift import (
 )
 from fieldcam.calibration.readers import load_rectified
 from fieldcam.exchange.images import read_image, read_pair
+from fieldcam.images.grey import as_grey
 from fieldcam.models import find_models
 from fieldcam.values import (
     FARTHEST_MM,
@@ -40,15 +41,14 @@ from fieldcam.values import (
     ImageU8,
     StereoPair,
 )
-from fieldcam.vision import judging, judging_eyes
-from fieldcam.vision.eye_matches import match_eyes
+from fieldcam.vision.judging.eye_matches import match_eyes
+from fieldcam.vision.judging.quality import LIT, clipped_share, middle, white_level
+from fieldcam.vision.judging.sharpness import edge_blur_px, tag_blur_px
+from fieldcam.vision.judging.verdicts import eyes, verdicts
 from fieldcam.vision.pipeline import Pipeline
-from fieldcam.vision.quality import LIT, clipped_share, middle, white_level
 from fieldcam.vision.regions import around_tag
-from fieldcam.vision.right_eye import find_in_right
-from fieldcam.vision.sharpness import edge_blur_px, tag_blur_px
-from fieldcam.vision.stereo import gray
-from fieldcam.vision.tags import choose_tag, detect_tags
+from fieldcam.vision.tags.detection import choose_tag, detect_tags
+from fieldcam.vision.tags.right_eye import find_in_right
 
 PHOTOGRAPHS = Path("../shared/real")
 TONE = 2.0
@@ -74,21 +74,21 @@ class GoodPair:
 
 
 BEYOND: dict[str, Callable[[float], bool]] = {
-    "fruit_brightness": lambda v: v < judging.LEAST_FRUIT_BRIGHTNESS,
-    "white_level": lambda v: v < judging.LEAST_WHITE_LEVEL,
-    "fruit_clipped": lambda v: v > judging.MOST_CLIPPED,
-    "around_clipped": lambda v: v > judging.MOST_CLIPPED_AROUND,
-    "tag_blur_px": lambda v: v > judging.MOST_TAG_BLUR_PX,
-    "edge_blur_px": lambda v: v > judging.MOST_EDGE_BLUR_PX,
-    "tag_rows_px": lambda v: v > judging_eyes.DRIFT_ROWS_PX,
+    "fruit_brightness": lambda v: v < verdicts.LEAST_FRUIT_BRIGHTNESS,
+    "white_level": lambda v: v < verdicts.LEAST_WHITE_LEVEL,
+    "fruit_clipped": lambda v: v > verdicts.MOST_CLIPPED,
+    "around_clipped": lambda v: v > verdicts.MOST_CLIPPED_AROUND,
+    "tag_blur_px": lambda v: v > verdicts.MOST_TAG_BLUR_PX,
+    "edge_blur_px": lambda v: v > verdicts.MOST_EDGE_BLUR_PX,
+    "tag_rows_px": lambda v: v > eyes.DRIFT_ROWS_PX,
     "tag_size_off": lambda v: v > DRIFT_SIZE,
     "tag_disparity_px": lambda v: v < 0,
-    "found_share": lambda v: v < judging_eyes.LEAST_FOUND,
-    "swapped_share": lambda v: v > judging_eyes.SWAPPED_SHARE,
-    "spots_rows_px": lambda v: v > judging_eyes.BAD_DRIFT_ROWS_PX,
-    "spots_spread_px": lambda v: v > judging_eyes.MISPAIRED_SPREAD_PX,
+    "found_share": lambda v: v < eyes.LEAST_FOUND,
+    "swapped_share": lambda v: v > eyes.SWAPPED_SHARE,
+    "spots_rows_px": lambda v: v > eyes.BAD_DRIFT_ROWS_PX,
+    "spots_spread_px": lambda v: v > eyes.MISPAIRED_SPREAD_PX,
     "nearer_is_farther_off": lambda v: v > 0.5,
-    "right_white_ratio": lambda v: v < judging.LEAST_RIGHT_WHITE_RATIO,
+    "right_white_ratio": lambda v: v < verdicts.LEAST_RIGHT_WHITE_RATIO,
     "tag_range_mm": lambda v: not NEAREST_MM <= v <= FARTHEST_MM,
 }
 """For each measure: whether a value speaks against the pair."""
@@ -179,7 +179,7 @@ def measures(
     pair: StereoPair, calibration: Calibration, tag_id: int, fruit: npt.NDArray[np.bool_]
 ) -> Measures:
     """The verdict's measures, with the true fruit in place of the found one."""
-    left, right = gray(pair.left), gray(pair.right)
+    left, right = as_grey(pair.left), as_grey(pair.right)
     tag = choose_tag(detect_tags(left, calibration), tag_id, pair.size_px)
     region = middle(*pair.size_px)
     found: Measures = {"tag_read": float(tag is not None)}
@@ -191,9 +191,9 @@ def measures(
         found["right_tag_read"] = float(other is not None)
         if other is not None:
             found["tag_size_off"] = size_off(tag_size_error((tag, other), calibration))
-            found["tag_rows_px"] = row_disagreement_px([(tag, other)]) or 0.0
+            found["tag_rows_px"] = row_disagreement_px((tag, other))
             found["tag_disparity_px"] = tag_disparity_px((tag, other))
-    eyes = match_eyes(left, right, region)
+    matches = match_eyes(left, right, region)
     around = left[region.slices]
     found |= {
         "fruit_brightness": float(np.median(left[fruit])),
@@ -202,11 +202,11 @@ def measures(
         "around_clipped": clipped_share(around[around >= LIT]),
         "right_white_ratio": white_level(right) / max(white_level(left), 1.0),
         "edge_blur_px": edge_blur_px(around) or np.nan,
-        "found_share": eyes.found_share,
-        "swapped_share": eyes.swapped_share,
-        "spots_rows_px": np.nan if eyes.rows_px is None else abs(eyes.rows_px),
-        "spots_spread_px": np.nan if eyes.rows_spread_px is None else eyes.rows_spread_px,
-        "nearer_is_farther_off": float(eyes.nearer_is_farther_off),
+        "found_share": matches.found_share,
+        "swapped_share": matches.swapped_share,
+        "spots_rows_px": np.nan if matches.rows_px is None else abs(matches.rows_px),
+        "spots_spread_px": np.nan if matches.rows_spread_px is None else matches.rows_spread_px,
+        "nearer_is_farther_off": float(matches.nearer_is_farther_off),
     }
     return found
 
@@ -214,7 +214,7 @@ def measures(
 def photograph_measures(folder: Path) -> Iterator[Measures]:
     """What one eye alone tells, from photographs of apples and of tags."""
     for path in sorted([*folder.glob("apples_green/images/*"), *folder.glob("apriltag/*/*.jpg")]):
-        grey = gray(read_image(path))
+        grey = as_grey(read_image(path))
         inside = grey[middle(grey.shape[1], grey.shape[0]).slices]
         yield {
             "white_level": white_level(inside),

@@ -69,10 +69,6 @@ class ReadingInvalid(BadInput):
     """A stored reading cannot be decoded, or was written by a newer version."""
 
 
-class TagNotFound(BadInput):
-    """A command that needs a tag was given an image without one."""
-
-
 class ModelMissing(BadInput):
     """A network's file is missing, or is not the file that the manifest names."""
 
@@ -222,12 +218,6 @@ class ScreenCrashed(FieldcamError):
     """The screens ended by a fault of their own, below Python."""
 
     exit_code = ExitCode.DEFECT
-
-
-class RemoteUnreachable(FieldcamError):
-    """The other end of a transfer cannot be reached."""
-
-    exit_code = ExitCode.REMOTE
 
 
 class Stopped(KeyboardInterrupt):

@@ -8,10 +8,11 @@ positive: the right-image column is the left-image column minus the disparity.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
-from typing import Any
+from typing import Any, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,7 @@ FloatMap = npt.NDArray[np.float32]
 Points = npt.NDArray[np.float32]
 """(N, 3) float32 in the camera frame, mm."""
 Floats = npt.NDArray[np.floating[Any]]
+_Lengths = TypeVar("_Lengths", float, Floats)
 
 READING_SCHEMA_VERSION = 1
 """Raised by one whenever the stored form of a ClusterReading changes."""
@@ -104,13 +106,34 @@ class Calibration:
     cy_px: float
     baseline_mm: float
 
-    def range_mm(self, disparity_px: float) -> float:
-        """Depth z of a point with this disparity."""
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height of its images."""
+        return self.width_px, self.height_px
+
+    def range_mm(self, disparity_px: _Lengths) -> _Lengths:
+        """Depth z of a point, or of an array (...) of them, with this disparity."""
         return self.focal_px * self.baseline_mm / disparity_px
 
-    def disparity_px(self, range_mm: float) -> float:
-        """Disparity of a point at this depth z."""
+    def disparity_px(self, range_mm: _Lengths) -> _Lengths:
+        """Disparity of a point, or of an array (...) of them, at this depth z."""
         return self.focal_px * self.baseline_mm / range_mm
+
+    def px_per_mm(self, range_mm: float) -> float:
+        """How large a millimetre at this depth z stands in the image."""
+        return self.focal_px / range_mm
+
+    def places_px(self, points_mm: Floats) -> Floats:
+        """Where points (..., 3) stand in the rectified left image: (..., 2) x, y."""
+        x, y, z = (points_mm[..., axis] for axis in range(3))
+        columns, rows = x / z * self.focal_px + self.cx_px, y / z * self.focal_px + self.cy_px
+        return np.stack([columns, rows], axis=-1)
+
+    def points_mm(self, places_px: Floats, range_mm: Floats) -> Floats:
+        """Points (..., 3) that stand at (..., 2) x, y of the image, at a depth z (...)."""
+        x = (places_px[..., 0] - self.cx_px) * range_mm / self.focal_px
+        y = (places_px[..., 1] - self.cy_px) * range_mm / self.focal_px
+        return np.stack([x, y, range_mm], axis=-1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +164,11 @@ class Region:
     x1: int
     y1: int
 
+    @classmethod
+    def whole(cls, width_px: int, height_px: int) -> Self:
+        """All of an image."""
+        return cls(0, 0, width_px, height_px)
+
     @property
     def width(self) -> int:
         return self.x1 - self.x0
@@ -153,6 +181,25 @@ class Region:
     def slices(self) -> tuple[slice, slice]:
         """Row and column slices for indexing an array."""
         return slice(self.y0, self.y1), slice(self.x0, self.x1)
+
+    def slices_in(self, outer: Region) -> tuple[slice, slice]:
+        """The same for an array that shows no more than `outer`, which holds this region."""
+        return (
+            slice(self.y0 - outer.y0, self.y1 - outer.y0),
+            slice(self.x0 - outer.x0, self.x1 - outer.x0),
+        )
+
+    def overlap(self, other: Region) -> Region:
+        """What both share: of no width or no height where that is nothing."""
+        x0, y0 = max(self.x0, other.x0), max(self.y0, other.y0)
+        x1, y1 = min(self.x1, other.x1), min(self.y1, other.y1)
+        return Region(x0, y0, max(x0, x1), max(y0, y1))
+
+    def grown(self, margin_px: int) -> Region:
+        """With a margin on all sides; it may reach beyond the image."""
+        return Region(
+            self.x0 - margin_px, self.y0 - margin_px, self.x1 + margin_px, self.y1 + margin_px
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,6 +219,42 @@ class Mask:
     @property
     def area_px(self) -> int:
         return int(self.window.sum())
+
+    @property
+    def center_px(self) -> tuple[float, float]:
+        """Mean x and y of the pixels, of which there must be some."""
+        rows, columns = np.nonzero(self.window)
+        return float(columns.mean() + self.x0), float(rows.mean() + self.y0)
+
+    @property
+    def tight(self) -> Mask:
+        """The same pixels in the smallest window that holds them; as it is without any."""
+        rows = np.flatnonzero(self.window.any(axis=1))
+        columns = np.flatnonzero(self.window.any(axis=0))
+        if rows.size == 0:
+            return self
+        y0, y1, x0, x1 = int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
+        return Mask(self.x0 + x0, self.y0 + y0, self.window[y0:y1, x0:x1])
+
+    def over(self, region: Region) -> BoolMask:
+        """(region.height, region.width): its pixels in that part of the image."""
+        shown = np.zeros((region.height, region.width), np.bool_)
+        shared = region.overlap(self.region)
+        shown[shared.slices_in(region)] = self.window[shared.slices_in(self.region)]
+        return shown
+
+    def shared_px(self, other: Mask) -> int:
+        """Number of pixels that both masks of one image hold."""
+        shared = self.region.overlap(other.region)
+        if not (shared.width and shared.height):
+            return 0
+        own = self.window[shared.slices_in(self.region)]
+        return int((own & other.window[shared.slices_in(other.region)]).sum())
+
+    def iou(self, other: Mask) -> float:
+        """Shared over joint area of two masks of one image, 0 to 1; 0 where both are empty."""
+        shared = self.shared_px(other)
+        return shared / (self.area_px + other.area_px - shared) if shared else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -204,6 +287,19 @@ class Ellipse:
     minor_px: float
     angle_rad: float
     """Of the long axis against the image's x axis, y down."""
+
+    @property
+    def area_px(self) -> float:
+        return math.pi / 4 * self.major_px * self.minor_px
+
+    def points_px(self, count: int) -> Floats:
+        """(count, 2) x, y of points once around it, the first at the end of the long axis."""
+        turn = np.linspace(0, 2 * math.pi, count, endpoint=False)
+        along, across = self.major_px / 2 * np.cos(turn), self.minor_px / 2 * np.sin(turn)
+        cosine, sine = math.cos(self.angle_rad), math.sin(self.angle_rad)
+        x = self.center_px[0] + along * cosine - across * sine
+        y = self.center_px[1] + along * sine + across * cosine
+        return np.stack([x, y], axis=1)
 
 
 class Flag(StrEnum):
@@ -332,6 +428,13 @@ class DisparityWindow:
     region: Region
     disparity_px: FloatMap
     """(region.height, region.width); NaN where unknown."""
+
+    def over(self, wanted: Region) -> FloatMap:
+        """(wanted.height, wanted.width) of any part of the image; NaN where it was not searched."""
+        found = np.full((wanted.height, wanted.width), np.nan, np.float32)
+        shared = wanted.overlap(self.region)
+        found[shared.slices_in(wanted)] = self.disparity_px[shared.slices_in(self.region)]
+        return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)

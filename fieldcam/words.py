@@ -10,6 +10,17 @@ def number_of(count: int, noun: str) -> str:
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
 
 
+def span(interval: tuple[float, float], form: str = ".0f") -> str:
+    """Such as "38 to 49"; `form` is that of each number."""
+    low, high = interval
+    return f"{low:{form}} to {high:{form}}"
+
+
+def signed(value: float, digits: int = 2) -> str:
+    """With the sign that print uses for minus; for pages, not for terminals."""
+    return f"{value:+.{digits}f}".replace("-", "\N{MINUS SIGN}")
+
+
 def letter_of(place: int) -> str:
     """The letter of a place in a list that is counted from 0: A, B ... Z, AA, AB ..."""
     rest, last = divmod(place, len(ascii_uppercase))

@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from queue import Queue
 from threading import Lock
-from types import TracebackType
 from typing import Self, TypeVar
 
 import numpy as np
@@ -99,12 +98,7 @@ class ToldCamera:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

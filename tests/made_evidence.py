@@ -17,10 +17,12 @@ from fieldcam.values import (
     Mask,
     Region,
     TagPose,
+    Verdict,
 )
-from fieldcam.vision.evidence import Evidence, Quality
-from fieldcam.vision.eye_matches import EyeMatches
-from fieldcam.vision.judging import judge
+from fieldcam.vision.judging.doubt import unsure_places
+from fieldcam.vision.judging.evidence import Evidence, Quality
+from fieldcam.vision.judging.eye_matches import EyeMatches
+from fieldcam.vision.judging.verdicts import judge
 
 CAMERA = Calibration(1440, 1080, 1717.0, 719.5, 539.5, 60.0)
 TAG_MM = 27.95
@@ -102,8 +104,12 @@ def evidence(**changes: object) -> Evidence:
     return Evidence(**(parts | given))
 
 
+def judged(found: Evidence) -> Verdict:
+    return judge(found, unsure_places(found))
+
+
 def codes(found: Evidence) -> set[str]:
-    return {reason.code.value for reason in judge(found).reasons}
+    return {reason.code.value for reason in judged(found).reasons}
 
 
 UNREAD: dict[str, Any] = {"tag": None, "right_tag": None, "tag_blur_px": None}

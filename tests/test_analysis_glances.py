@@ -27,7 +27,7 @@ from fieldcam.analysis.work import VisionWork
 from fieldcam.disk.raw_images import encode_raw
 from fieldcam.errors import AnalysisFailed, AnalysisOff, ImageUnreadable
 from fieldcam.values import Calibration, Expectation
-from fieldcam.vision.tags import detect_tags
+from fieldcam.vision.tags.detection import detect_tags
 
 RANGE_MM = 440.0
 

@@ -13,7 +13,7 @@ import pytest
 from rendered_boards import Head, photograph, printed_charuco, random_head, random_poses
 
 from fieldcam.calibration.readers import load_stereo_rig
-from fieldcam.calibration.sources import read_document
+from fieldcam.calibration.sources import WHOLE, open_documents
 from fieldcam.camera import finding
 from fieldcam.camera.preview import Preview
 from fieldcam.cli import main
@@ -333,7 +333,7 @@ def test_the_camera_takes_pictures_until_it_is_lost(
     assert len(found.pairs) == VIEWS and not found.problems
     assert np.array_equal(read_image(found.pairs[0].left)[..., 0], pairs[0][0])
     assert main(argv) == ExitCode.OK
-    assert read_document(out / "calibration.yml").serials() == camera.serials
+    assert open_documents(out / "calibration.yml")[WHOLE].serials() == camera.serials
     assert main([*argv[:2], "--camera", *OPTIONS]) == ExitCode.BAD_INPUT
     assert "is not empty" in capsys.readouterr().err
 

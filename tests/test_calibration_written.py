@@ -19,7 +19,7 @@ from fieldcam.calibration.readers import load_camera, load_rectified, load_stere
 from fieldcam.calibration.rectifying import rectified_rig
 from fieldcam.calibration.rig import Eye, StereoRig
 from fieldcam.calibration.solving import Lens, RawStereo
-from fieldcam.calibration.sources import read_document
+from fieldcam.calibration.sources import WHOLE, open_documents
 from fieldcam.calibration.written import calibration_files
 from fieldcam.disk.durable import write_folder_durably
 from fieldcam.errors import StorageError
@@ -75,7 +75,7 @@ def test_the_heads_serial_numbers_are_read_back(
     path = tmp_path_factory.mktemp("calibration") / "calibration.yml"
     files = calibration_files(camera, rectified_rig(camera), (left, right))
     path.write_bytes(files["calibration.yml"])
-    assert read_document(path).serials() == (left, right)
+    assert open_documents(path)[WHOLE].serials() == (left, right)
     assert isinstance(load_camera(path), StereoRig)
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
     assert storage.getNode("right_serial").string() == right

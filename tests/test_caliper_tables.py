@@ -139,7 +139,7 @@ def test_the_shape_of_the_peers_needs_dates(tmp_path: Path) -> None:
 
 def workbook(path: Path, sheets: Mapping[str, Sequence[Sequence[object]]]) -> Path:
     book = Workbook()
-    book.remove(book.active)
+    book.remove(book.worksheets[0])
     for title, rows in sheets.items():
         sheet = book.create_sheet(title)
         for row in rows:
@@ -237,9 +237,9 @@ def test_files_that_are_no_workbooks(tmp_path: Path, content: bytes, message: st
     path.write_bytes(content)
     with pytest.raises(BadInput, match=message):
         read_calipers(path)
-    with pytest.raises(BadInput, match="There is no file"):
+    with pytest.raises(BadInput, match="There is no table"):
         read_calipers(tmp_path / "none.xlsx")
-    with pytest.raises(BadInput, match="is no file"):
+    with pytest.raises(BadInput, match="is a pipe or a device"):
         read_calipers(Path("/dev/zero"))
 
 

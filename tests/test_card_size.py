@@ -11,7 +11,7 @@ from typing import cast
 
 import pytest
 from called_commands import Capture, run
-from made_evidence import evidence, in_right, make_tag
+from made_evidence import evidence, in_right, judged, make_tag
 from made_readings import CAMERA, made_reading
 from recorded_pairs import Encoding
 from stored_walks import FIRST_DAY, MadeWalk, small_store
@@ -37,7 +37,6 @@ from fieldcam.values import (
     Settings,
     StereoPair,
 )
-from fieldcam.vision.judging import judge
 from fieldcam.vision.pipeline import Pipeline
 
 
@@ -176,11 +175,11 @@ def test_cards_of_no_block_are_told_to_be_set_up(
 )
 def test_a_card_of_another_size_is_told_as_what_it_may_be(wider: float, code: str) -> None:
     """Not only as eyes that have moved, which no calibration cures."""
-    (reason,) = judge(evidence(right_tag=in_right(make_tag(), wider=wider))).reasons
+    (reason,) = judged(evidence(right_tag=in_right(make_tag(), wider=wider))).reasons
     assert reason.code == code
     measured_mm = TAG_SIZE_MM * (1 + wider + 0.0055)
     assert reason.text.startswith(
         f"The tag measures {measured_mm:.1f} mm, and is set up as 27.95 mm: correct the size of"
     )
     right = evidence(right_tag=in_right(make_tag(), wider=wider), tag_size_mm=measured_mm)
-    assert judge(right).reasons == ()
+    assert judged(right).reasons == ()

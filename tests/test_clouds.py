@@ -12,7 +12,6 @@ from fieldcam.vision.clouds import (
     CloudParameters,
     back_project,
     bilateral,
-    cut,
     depth_edges,
     fruitlet_cloud,
     thinned,
@@ -97,7 +96,7 @@ def test_a_mask_outside_the_searched_window_has_no_points() -> None:
     cloud = fruitlet_cloud(mask, window, CAMERA)
     assert cloud.centroid_mm is None
     assert cloud.points_mm.shape == (0, 3)
-    assert np.isnan(cut(window, Region(40, 40, 60, 60))[10:, 10:]).all()
+    assert np.isnan(window.over(Region(40, 40, 60, 60))[10:, 10:]).all()
 
 
 def test_back_projection_inverts_projection() -> None:

@@ -476,23 +476,13 @@ def test_entries_of_a_structure_are_registers() -> None:
     assert features["Low"].access is Access.READ_WRITE
 
 
-def test_chunks_are_read_from_the_image_that_brought_them() -> None:
+def test_what_only_an_image_brings_is_no_register() -> None:
     features = node_map(
         '<Port Name="Frame"><ChunkID>0504000A</ChunkID></Port>',
         register("FrameId", 2, pPort="Frame", Length=2),
         '<Integer Name="ChunkFrameID"><pValue>FrameId</pValue></Integer>',
     )
-    frame = features.integer("ChunkFrameID")
-    assert frame.access is Access.NOT_AVAILABLE
-    features.load_chunks({0x0504000A: b"\0\0\1\2", 7: b""})
-    assert frame.value == 0x0201
-    features.load_chunks({0x0504000A: b"\0\0\3\4"})
-    assert frame.value == 0x0403
-    features.load_chunks({0x0504000A: b"\0\0\3"})
-    with pytest.raises(FeatureRefused, match="3 bytes"):
-        _ = frame.value
-    features.load_chunks({})
-    assert not frame.available
+    assert features.integer("ChunkFrameID").access is Access.NOT_AVAILABLE
 
 
 def test_an_address_that_is_no_whole_number_is_refused() -> None:

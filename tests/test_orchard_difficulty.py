@@ -53,14 +53,11 @@ def visible_clouds(seed: int, clusters: int, index: int, day: float) -> dict[int
         cx_px=full.cx_px / 4, cy_px=full.cy_px / 4,
     )  # fmt: skip
     renderer = Renderer(scene, shot.pose, small, shot.light)
-    depth, fruitlet = renderer.geometry(0.0, Region(0, 0, 360, 270))
-    rows, columns = np.mgrid[0:270, 0:360]
-    x = (columns - small.cx_px) / small.focal_px * depth
-    y = (rows - small.cy_px) / small.focal_px * depth
-    points = np.stack([x, y, depth], axis=-1)
+    seen = renderer.view(0.0, Region.whole(360, 270))
+    points = renderer.points_mm(seen)
     clouds = {}
     for i, known in enumerate(scene.fruitlets):
-        own = points[fruitlet == i].astype(np.float64)
+        own = points[seen.fruitlet == i].astype(np.float64)
         if known.in_target and len(own) > 12:
             clouds[known.id] = own
     return clouds

@@ -7,8 +7,8 @@ import numpy.typing as npt
 import pytest
 
 from fieldcam.values import BoolMask, FloatMap, Instance, Mask, Region
-from fieldcam.vision.ellipse import EllipseFit, fit_ellipse
-from fieldcam.vision.outline import (
+from fieldcam.vision.sizing.ellipse import EllipseFit, fit_ellipse
+from fieldcam.vision.sizing.outline import (
     Cover,
     hidden_arc,
     pixel_outline,

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from drawn_tags import IMAGE_CORNERS, draw_tag
-from made_evidence import UNREAD, evidence, make_fruitlet, make_tag
+from made_evidence import UNREAD, evidence, judged, make_fruitlet, make_tag
 
 from fieldcam.values import (
     DisparityWindow,
@@ -20,11 +20,10 @@ from fieldcam.values import (
     StereoPair,
     TagPose,
 )
-from fieldcam.vision.eye_matches import match_eyes
-from fieldcam.vision.judging import judge
-from fieldcam.vision.quality import measure_quality
-from fieldcam.vision.sharpness import edge_blur_px, tag_blur_px
-from fieldcam.vision.tags import detect_tags
+from fieldcam.vision.judging.eye_matches import match_eyes
+from fieldcam.vision.judging.quality import measure_quality
+from fieldcam.vision.judging.sharpness import edge_blur_px, tag_blur_px
+from fieldcam.vision.tags.detection import detect_tags
 
 TAG_CORNERS_PX = 100 + 55.0 * IMAGE_CORNERS
 
@@ -153,7 +152,7 @@ def test_a_black_or_white_frame_has_a_reason(grey: int) -> None:
     quality = measure_quality(StereoPair(image, image), region, None, window, ())
     found = replace(evidence(**UNREAD, fruitlets=()), quality=quality)
     expected = ReasonCode.TOO_DARK if grey == 0 else ReasonCode.OVEREXPOSED
-    assert judge(found).reasons[0].code is expected
+    assert judged(found).reasons[0].code is expected
 
 
 @pytest.mark.parametrize("share", [0.2, 1.0])

@@ -8,7 +8,7 @@ from drawn_fruit import CAMERA, Fruit, draw
 from export.bench import CONTENDERS, PAPER, machine, report
 from fieldcam.values import Region
 from fieldcam.vision.clouds import fruitlet_cloud
-from fieldcam.vision.sizing import size_fruitlet
+from fieldcam.vision.sizing.diameters import size_fruitlet
 
 pytest.importorskip("embreex", reason="the simulator extra is not installed")
 

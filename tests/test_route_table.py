@@ -41,9 +41,10 @@ def test_what_spreadsheets_write_is_read(tmp_path: Path, content: bytes) -> None
 @pytest.mark.parametrize("name", ["route.xlsx", "route.csv"])
 def test_a_workbook_is_read_whatever_its_name(tmp_path: Path, name: str) -> None:
     book = Workbook()
-    book.active.title = "Sheet1"
+    sheet = book.worksheets[0]
+    sheet.title = "Sheet1"
     for row in (("Gala, block 7", None), ("tree", "tag"), (1, 10), (None, 11), (2, 20)):
-        book.active.append(row)
+        sheet.append(row)
     book.save(tmp_path / name)
     assert read_route(tmp_path / name).stops == EXPECTED
 

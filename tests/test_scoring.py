@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 import pytest
 from made_readings import disc_mask, made_fruitlet, made_reading
 
-from fieldcam.report.scoring import mask_iou, score_capture, summary
+from fieldcam.report.scoring import score_capture, summary
 from fieldcam.values import Fruitlet, Mask, Status, Verdict
 
 if TYPE_CHECKING:
@@ -92,5 +92,5 @@ def test_an_empty_walk_has_no_figures() -> None:
 @pytest.mark.parametrize(("x", "expected"), [(100.0, 1.0), (109.0, 0.24), (130.0, 0.0)])
 def test_overlap_of_two_discs(x: float, expected: float) -> None:
     one, two = disc_mask(100.0, 100.0, 18), disc_mask(x, 100.0, 18)
-    assert mask_iou(one, two) == pytest.approx(expected, abs=0.03)
-    assert mask_iou(two, one) == mask_iou(one, two)
+    assert one.iou(two) == pytest.approx(expected, abs=0.03)
+    assert two.iou(one) == one.iou(two)

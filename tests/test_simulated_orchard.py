@@ -100,13 +100,12 @@ def test_disparity_finds_the_same_surface_in_the_other_eye(
     found = np.isfinite(left.depth_mm)
     by_rays[found] = renderer.seen_from(renderer.points_mm(left)[found], CALIBRATION.baseline_mm)
     assert (seen == by_rays).mean() > 0.999
-    right_depth, right_fruit = renderer.geometry(CALIBRATION.baseline_mm, whole_right)
     inner = cv2.erode((left.fruitlet >= 0).astype(np.uint8), np.ones((5, 5))).astype(bool) & seen
     rows, columns = np.nonzero(inner)
     there = np.round(columns + WINDOW.x0 - d[rows, columns]).astype(int)
     assert len(rows) > 200
-    assert (right_fruit[rows, there] == left.fruitlet[rows, columns]).mean() > 0.99
-    assert np.median(np.abs(right_depth[rows, there] - left.depth_mm[rows, columns])) < 0.3
+    assert (right.fruitlet[rows, there] == left.fruitlet[rows, columns]).mean() > 0.99
+    assert np.median(np.abs(right.depth_mm[rows, there] - left.depth_mm[rows, columns])) < 0.3
 
 
 def test_visible_masks_lie_inside_whole_ones_and_do_not_overlap(

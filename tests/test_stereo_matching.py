@@ -11,9 +11,15 @@ import numpy.typing as npt
 import pytest
 
 from fieldcam.values import FloatMap, ImageU8, Region, StereoPair
-from fieldcam.vision.raft import RaftMatcher, enlarged
-from fieldcam.vision.sgbm import SgbmMatcher
-from fieldcam.vision.stereo import match_coarse, match_region, match_whole, resized, right_crop
+from fieldcam.vision.stereo.matching import (
+    match_coarse,
+    match_region,
+    match_whole,
+    resized,
+    right_crop,
+)
+from fieldcam.vision.stereo.raft import RaftMatcher, enlarged
+from fieldcam.vision.stereo.sgbm import SgbmMatcher
 
 Array = npt.NDArray[Any]
 

@@ -189,9 +189,10 @@ BOMB = '<!DOCTYPE d [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a
 
 def far_cell(row: int, column: int) -> bytes:
     book, out = Workbook(), BytesIO()
-    book.active.cell(1, 1, "tag")
-    book.active.cell(row, column, 1)
-    book.save(out)  # type: ignore[arg-type]
+    sheet = book.worksheets[0]
+    sheet.cell(1, 1, "tag")
+    sheet.cell(row, column, 1)
+    book.save(out)
     return out.getvalue()
 
 

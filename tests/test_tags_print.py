@@ -22,7 +22,7 @@ from fieldcam.report.tag_sheets import (
     tag_sheets,
 )
 from fieldcam.values import TAG_SIZE_MM, Floats, ImageU8, TagPose
-from fieldcam.vision.tags import detect_tags
+from fieldcam.vision.tags.detection import detect_tags
 
 PX_PER_MM = 6
 RECTANGLE = re.compile(rb"([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+) re\n")

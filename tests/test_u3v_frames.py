@@ -22,7 +22,6 @@ from fieldcam.camera.usb3vision.blocks import (
     trailer_at_end,
 )
 from fieldcam.camera.usb3vision.bootstrap import Sirm
-from fieldcam.camera.usb3vision.chunks import parse_chunks
 from fieldcam.camera.usb3vision.frames import Frame, FramePool
 from fieldcam.camera.usb3vision.transfer_plan import plan_transfers
 from fieldcam.camera.usb3vision.transport import (
@@ -33,7 +32,6 @@ from fieldcam.camera.usb3vision.transport import (
 )
 from fieldcam.errors import (
     CameraUnsupported,
-    FrameIncomplete,
 )
 
 WIDTH, HEIGHT = 100, 130
@@ -266,48 +264,3 @@ def test_memory_is_used_again_only_when_nothing_refers_to_it() -> None:
     del view
     gc.collect()
     assert pool.take().ctypes.data == address
-
-
-def record(chunk_id: int, data: bytes) -> bytes:
-    return data + struct.pack("<II", chunk_id, len(data))
-
-
-def as_bytes(data: bytes) -> np.ndarray[tuple[int], np.dtype[np.uint8]]:
-    return np.frombuffer(data, np.uint8)
-
-
-@given(st.dictionaries(st.integers(0, 2**32 - 1), st.binary(max_size=30), max_size=6))
-def test_chunks_are_found_from_the_end(chunks: dict[int, bytes]) -> None:
-    records = b"".join(record(*item) for item in chunks.items())
-    behind_image = parse_chunks(as_bytes(b"\x07" * 50 + records), 50)
-    assert {number: data.tobytes() for number, data in behind_image.items()} == chunks
-
-
-def test_an_image_may_be_a_chunk_itself() -> None:
-    content = record(1, b"\x07" * 50) + record(2, b"exposure")
-    found = parse_chunks(as_bytes(content), 50)
-    assert {number: len(data) for number, data in found.items()} == {1: 50, 2: 8}
-
-
-@pytest.mark.parametrize(
-    "records",
-    [
-        b"short",
-        record(1, b"")[:-1],
-        struct.pack("<II", 1, 43),
-        struct.pack("<II", 1, 1 << 31),
-        struct.pack("<II", 1, 7) + record(2, b"more"),
-    ],
-)
-def test_records_that_do_not_end_at_the_image_are_refused(records: bytes) -> None:
-    with pytest.raises(FrameIncomplete, match="records"):
-        parse_chunks(as_bytes(b"\x07" * 50 + records), 50)
-
-
-@given(st.binary(max_size=60), st.integers(0, 70))
-def test_fuzz_any_bytes_are_chunks_or_refused(content: bytes, image_bytes: int) -> None:
-    try:
-        chunks = parse_chunks(as_bytes(content), image_bytes)
-    except FrameIncomplete:
-        return
-    assert sum(len(data) + 8 for data in chunks.values()) <= max(0, len(content))

@@ -203,5 +203,3 @@ def test_events_are_received_one_by_one() -> None:
     assert control.memory[0x63000] == 1
     received = [channel.receive(0.1) for _ in range(4)]
     assert received == [Event(0x9001, 5, b"line"), None, Event(1, 6, b""), None]
-    channel.disable()
-    assert control.memory[0x63000] == 0

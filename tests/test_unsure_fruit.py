@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_evidence import CAMERA, SEARCHED, evidence, make_fruitlet
+from made_evidence import CAMERA, SEARCHED, evidence, judged, make_fruitlet
 
 from fieldcam.values import DisparityWindow, Flag, ReasonCode, Status
-from fieldcam.vision.judging import judge
-from fieldcam.vision.judging_doubt import unsure_places
+from fieldcam.vision.judging.doubt import unsure_places
 
 BESIDE = (880.0, 610.0)
 FAR_ASIDE = (620.0, 300.0)
@@ -23,11 +22,11 @@ def _flat(range_mm: float) -> DisparityWindow:
 
 
 def test_a_cluster_that_was_understood_is_accepted() -> None:
-    assert judge(evidence()).status is Status.ACCEPT
+    assert judged(evidence()).status is Status.ACCEPT
 
 
 def test_one_unsure_place_beside_three_fruitlets_is_usual() -> None:
-    assert judge(evidence(faint_px=(BESIDE,))).status is Status.ACCEPT
+    assert judged(evidence(faint_px=(BESIDE,))).status is Status.ACCEPT
 
 
 @pytest.mark.parametrize(
@@ -41,7 +40,7 @@ def test_one_unsure_place_beside_three_fruitlets_is_usual() -> None:
     ids=["faint", "faint beside one", "too unsure to be sized", "of no cluster"],
 )  # fmt: skip
 def test_much_that_may_be_fruit_is_asked_about(changes: dict[str, object]) -> None:
-    verdict = judge(evidence(**changes))
+    verdict = judged(evidence(**changes))
     assert verdict.status is Status.CONFIRM
     reasons = [r for r in verdict.reasons if r.code is ReasonCode.UNSURE_FRUIT]
     assert len(reasons) == 1
@@ -60,6 +59,6 @@ def test_a_place_of_unknown_range_may_belong_to_the_cluster() -> None:
 
 
 def test_a_spoiled_picture_is_not_asked_about_its_fruit() -> None:
-    verdict = judge(evidence(faint_px=(BESIDE, BESIDE), tag_blur_px=9.0))
+    verdict = judged(evidence(faint_px=(BESIDE, BESIDE), tag_blur_px=9.0))
     assert verdict.status is Status.RETAKE
     assert ReasonCode.UNSURE_FRUIT not in [r.code for r in verdict.reasons]

@@ -13,6 +13,7 @@ from made_evidence import (
     codes,
     evidence,
     in_right,
+    judged,
     make_fruitlet,
     make_tag,
     spots,
@@ -24,15 +25,14 @@ from fieldcam.values import (
     Flag,
     Status,
 )
-from fieldcam.vision.eye_matches import EyeMatches
-from fieldcam.vision.judging import judge
+from fieldcam.vision.judging.eye_matches import EyeMatches
 
 HALF_SIZE = Calibration(1440, 1080, 858.5, 719.5, 539.5, 60.0)
 """As with 2 x 2 pixels binned: 1.95 pixels a mm at 440 mm."""
 
 
 def test_a_good_pair_is_accepted() -> None:
-    verdict = judge(evidence())
+    verdict = judged(evidence())
     assert verdict.status is Status.ACCEPT
     assert verdict.reasons == ()
 
@@ -101,13 +101,13 @@ def test_each_finding_has_its_reason(
     changes: dict[str, Any], status: Status, wanted: set[str]
 ) -> None:
     found = evidence(**changes)
-    assert judge(found).status is status
+    assert judged(found).status is status
     assert codes(found) == wanted
 
 
 def test_a_picture_that_is_too_coarse_says_so() -> None:
     coarse = [
-        r.text for r in judge(evidence(calibration=HALF_SIZE)).reasons if r.code == "too_coarse"
+        r.text for r in judged(evidence(calibration=HALF_SIZE)).reasons if r.code == "too_coarse"
     ]
     assert coarse == ["Too coarse: 2.0 of 2.7 pixels a mm. Go nearer, or switch binning off."]
     near = evidence(calibration=HALF_SIZE, tag=make_tag(z_mm=310.0))
@@ -125,7 +125,7 @@ def test_a_picture_that_is_too_coarse_says_so() -> None:
     ],
 )
 def test_a_tag_that_was_not_read_is_told_by_its_cause(changes: dict[str, Any], words: str) -> None:
-    (text,) = [r.text for r in judge(evidence(**UNREAD | changes)).reasons if r.code == "no_tag"]
+    (text,) = [r.text for r in judged(evidence(**UNREAD | changes)).reasons if r.code == "no_tag"]
     assert words in text
 
 
@@ -149,7 +149,7 @@ def test_the_tag_in_both_eyes_tells_drift_from_another_moment(
     rows_px: float, wider: float, status: Status, wanted: set[str]
 ) -> None:
     found = evidence(right_tag=in_right(make_tag(), rows_px, wider))
-    assert judge(found).status is status
+    assert judged(found).status is status
     assert codes(found) == wanted
 
 
@@ -246,7 +246,7 @@ def test_fruitlets_beside_the_tag_without_depth_ask_for_a_retake(
 
 
 def test_every_reason_says_what_to_do_in_one_short_sentence() -> None:
-    texts = [r.text for _, changes, _, _ in CASES for r in judge(evidence(**changes)).reasons]
+    texts = [r.text for _, changes, _, _ in CASES for r in judged(evidence(**changes)).reasons]
     assert texts
     for text in texts:
         assert len(text) < 80

@@ -29,7 +29,7 @@ from fieldcam.values import (
     TagPose,
 )
 from fieldcam.vision.pipeline import Pipeline
-from fieldcam.vision.tags import detect_tags
+from fieldcam.vision.tags.detection import detect_tags
 
 _SMALL = Calibration(320, 240, 380.0, 160.0, 120.0, 60.0)
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from fieldcam.calibration.aruco_families import marker_counts
 from fieldcam.errors import BadInput
+from fieldcam.images.grey import as_grey
 from fieldcam.values import ImageU8
 
 Pixels = npt.NDArray[np.float32]
@@ -129,15 +130,15 @@ class View:
 
 def find_corners(board: Board, image: ImageU8) -> Corners:
     """What is seen of the board in a picture (H, W) or (H, W, 3); distortion is left in it."""
-    grey = image if image.ndim == 2 else _grey(image)
+    grey = as_grey(image)
     if board.kind is Kind.CHARUCO:
         return _find_charuco(board, grey)
     return _find_checkerboard(board, grey)
 
 
 def seen_markers(image: ImageU8) -> str:
-    """The family of most of a picture's markers; empty where there are too few to tell."""
-    grey = image if image.ndim == 2 else _grey(image)
+    """The family of most markers of a picture (H, W, 3) or (H, W); empty where too few tell."""
+    grey = as_grey(image)
     counts = marker_counts(grey, LEAST_MARKER_PX)
     family = max(counts, key=lambda name: counts[name])
     return family if counts[family] >= LEAST_MARKERS else ""
@@ -155,10 +156,6 @@ def match_eyes(board: Board, name: str, left: Corners, right: Corners) -> View |
     return View(
         name, board.corners_mm[ids], left.places_px[of_left], right.places_px[of_right]
     )  # fmt: skip
-
-
-def _grey(image: ImageU8) -> ImageU8:
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
 
 
 def _find_checkerboard(board: Board, grey: ImageU8) -> Corners:

@@ -39,7 +39,7 @@ class Window:
         return self.width_px // self.binning_x, self.height_px // self.binning_y
 
     def applied(self, matrix: Array) -> Array:
-        """A camera or projection matrix of the whole sensor as one of these pictures."""
+        """A camera (3, 3) or projection matrix (3, 4) of the whole sensor as that of a picture."""
         moved, finer = np.eye(3), (0.5 * (1 / np.array([self.binning_x, self.binning_y]) - 1))
         moved[0] = 1 / self.binning_x, 0, finer[0] - self.x_px / self.binning_x
         moved[1] = 0, 1 / self.binning_y, finer[1] - self.y_px / self.binning_y

@@ -7,9 +7,6 @@ different rows mean that the eyes have turned against each other.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
-
 import numpy as np
 import numpy.typing as npt
 
@@ -28,15 +25,6 @@ TagMatch = tuple[TagPose, TagPose]
 """The same tag in the left and in the right image."""
 
 
-def match_tags(left: Sequence[TagPose], right: Sequence[TagPose]) -> tuple[TagMatch, ...]:
-    """Tags that both eyes see; an id that one eye sees twice cannot be matched."""
-    others = {tag.id: tag for tag in right}
-    counts = Counter(tag.id for tag in left), Counter(tag.id for tag in right)
-    return tuple(
-        (tag, others[tag.id]) for tag in left if all(count[tag.id] == 1 for count in counts)
-    )
-
-
 def tag_disparity_px(match: TagMatch) -> float:
     """Mean disparity of the tag's corners; negative where the eyes are swapped."""
     left, right = _corners(match[0]), _corners(match[1])
@@ -49,14 +37,7 @@ def measured_tag_size_mm(match: TagMatch, calibration: Calibration) -> float | N
     disparity_px = left[:, 0] - right[:, 0]
     if (disparity_px <= 0).any():
         return None
-    range_mm = calibration.focal_px * calibration.baseline_mm / disparity_px
-    points_mm = np.column_stack(
-        (
-            (left[:, 0] - calibration.cx_px) * range_mm / calibration.focal_px,
-            (left[:, 1] - calibration.cy_px) * range_mm / calibration.focal_px,
-            range_mm,
-        )
-    )
+    points_mm = calibration.points_mm(left, calibration.range_mm(disparity_px))
     sides_mm = np.linalg.norm(points_mm - np.roll(points_mm, 1, axis=0), axis=1)
     return float(sides_mm.mean())
 
@@ -73,20 +54,26 @@ def tag_size_error(
     return None if measured_mm is None else measured_mm / tag_size_mm - 1.0
 
 
+def unbiased(size_error: float) -> float:
+    """The same less what white growing into black explains: how far calibration or card is off.
+
+    A card that calipers have measured agrees with this, not with the error as it is.
+    """
+    return size_error - TAG_SIZE_BIAS
+
+
 def size_off(size_error: float | None) -> float:
     """How far the tag's triangulated size is off, less what bleeding light explains."""
     if size_error is None:
         return 1.0
-    off = size_error - TAG_SIZE_BIAS
+    off = unbiased(size_error)
     return off if off > 0 else max(-off - BLEEDING, 0.0)
 
 
-def row_disagreement_px(matches: Sequence[TagMatch]) -> float | None:
-    """Median |y_left - y_right| over all corners; None without a tag in both eyes."""
-    if not matches:
-        return None
-    differences = [(_corners(left) - _corners(right))[:, 1] for left, right in matches]
-    return float(np.median(np.abs(np.concatenate(differences))))
+def row_disagreement_px(match: TagMatch) -> float:
+    """Median |y_left - y_right| over the corners."""
+    left, right = _corners(match[0]), _corners(match[1])
+    return float(np.median(np.abs(left - right)[:, 1]))
 
 
 def _corners(tag: TagPose) -> Corners:

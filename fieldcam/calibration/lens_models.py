@@ -29,7 +29,7 @@ HINT = (
 
 
 def check_lens(document: Document, distortion: Array) -> None:
-    """Refuses a lens whose model is another one, or is not said where it could be two."""
+    """Refuses distortion (N,) whose model is another one, or is not said where it could be two."""
     said = [name for name in NAMED_UNDER if document.text(name)]
     for name in said:
         model = document.text(name).lower().replace("-", "_")

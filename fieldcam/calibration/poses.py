@@ -76,7 +76,7 @@ def board_pose(board_mm: Pixels, turn: Array, place_mm: Array) -> Pose:
 def find_pose(
     board_mm: Pixels, places_px: Pixels, camera_matrix: Array, distortion: Array
 ) -> Pose | None:
-    """The pose that explains the corners best; None where none does."""
+    """The pose that explains corners (N, 3) seen at (N, 2) best; None where none does."""
     try:
         found, turn, place = cv2.solvePnP(board_mm, places_px, camera_matrix, distortion)
     except cv2.error:

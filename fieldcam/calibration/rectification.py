@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from fieldcam.calibration.rig import Eye, StereoRig
-from fieldcam.errors import PairMismatch
+from fieldcam.images.pixels import check_size
 from fieldcam.values import FloatMap, ImageU8, PixelFormat, RawPair, StereoPair
 
 DEMOSAIC = {
@@ -45,19 +45,10 @@ class Rectifier:
     def rectify(self, pair: StereoPair) -> StereoPair:
         """The pair as the rectified camera would have seen it; black where it sees nothing."""
         for image in (pair.left, pair.right):
-            self._check_size(image)
+            check_size((image.shape[1], image.shape[0]), self.rig.size_px)
         return replace(
             pair, left=_remap(pair.left, self._left), right=_remap(pair.right, self._right)
         )
-
-    def _check_size(self, image: ImageU8) -> None:
-        width, height = self.rig.size_px
-        if image.shape[:2] != (height, width):
-            raise PairMismatch(
-                f"The image has {image.shape[1]} x {image.shape[0]} pixels,"
-                f" its calibration {width} x {height}.",
-                "Give the calibration of the camera that took it.",
-            )
 
 
 def _maps(eye: Eye, size_px: tuple[int, int]) -> Maps:

@@ -47,11 +47,11 @@ class StereoRig:
     @property
     def size_px(self) -> tuple[int, int]:
         """Width and height of the raw images, and of the rectified ones."""
-        return self.rectified.width_px, self.rectified.height_px
+        return self.rectified.size_px
 
 
 def projection_focal_px(document: Document, projection: Array, name: str) -> float:
-    """The one focal length of a rectified camera's 3x4 projection matrix."""
+    """The one focal length of a rectified camera's projection matrix (3, 4)."""
     focal, focal_y = float(projection[0, 0]), float(projection[1, 1])
     if focal <= 0 or focal_y <= 0:
         raise document.refuse(f"has a focal length of {min(focal, focal_y):g} px in {name}.")
@@ -66,7 +66,7 @@ def projection_focal_px(document: Document, projection: Array, name: str) -> flo
 
 
 def projection_baseline_mm(document: Document, projection: Array, name: str) -> float:
-    """Baseline in mm from the right eye's projection matrix (its P[3] is -f b)."""
+    """Baseline in mm from the right eye's projection matrix (3, 4), whose P[0, 3] is -f b."""
     if projection[0, 3] == 0:
         if projection[1, 3] != 0:
             raise document.refuse("describes a pair with one eye above the other.")
@@ -138,7 +138,7 @@ def assemble_rig(
     projections: tuple[Array, Array],
     size_px: tuple[int, int],
 ) -> StereoRig:
-    """Joins two eyes whose rectified 3x4 projections are known.
+    """Joins two eyes whose rectified projections (3, 4) are known.
 
     Both get the left one's principal point, whatever the file says: where the
     file keeps two of them, the right image is moved, so that disparity is zero

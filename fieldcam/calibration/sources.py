@@ -65,14 +65,6 @@ def open_documents(path: Path) -> Documents:
     return _parsed(path, content)
 
 
-def read_document(path: Path) -> Document:
-    """A file that describes one camera, or one eye."""
-    found = tuple(open_documents(path).values())
-    if len(found) != 1:
-        raise CalibrationInvalid(f"{path} describes {len(found)} cameras.", "Give one file of one.")
-    return found[0]
-
-
 def _start(path: Path) -> bytes:
     """The whole of a text, or the beginning of an archive."""
     with open_foreign(path, TARBALL) as file:

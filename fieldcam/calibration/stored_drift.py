@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from statistics import median
 
-from fieldcam.calibration.drift import DRIFT_SIZE, TAG_SIZE_BIAS, size_off
+from fieldcam.calibration.drift import DRIFT_SIZE, size_off, unbiased
 from fieldcam.values import TAG_SIZE_MM, ClusterReading
 
 LEAST_PICTURES = 3
@@ -22,7 +22,7 @@ class TagSizes:
 
     @property
     def measured_mm(self) -> float | None:
-        """Median side of the tags; None without a picture."""
+        """Median side of the tags as they look, not less the bias; None without a picture."""
         return self.printed_mm * (1 + median(self.errors)) if self.errors else None
 
     @property
@@ -30,7 +30,7 @@ class TagSizes:
         """How far it is off, less the bias; None where too few pictures tell."""
         if len(self.errors) < LEAST_PICTURES:
             return None
-        return median(self.errors) - TAG_SIZE_BIAS
+        return unbiased(median(self.errors))
 
     @property
     def drifted(self) -> bool:

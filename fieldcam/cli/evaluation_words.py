@@ -8,7 +8,7 @@ from fieldcam.cli.console import table
 from fieldcam.growth.agreement import ENOUGH
 from fieldcam.growth.evaluation.evaluating import Evaluation, ReadingsScore, aapd
 from fieldcam.growth.evaluation.sizing import SizingScore, only_by_calipers, only_by_camera
-from fieldcam.words import number_of
+from fieldcam.words import number_of, span
 
 
 def evaluation_lines(found: Evaluation) -> Iterator[str]:
@@ -55,7 +55,7 @@ def _size_row(visit: str, score: SizingScore) -> tuple[str, ...]:
         _number(score.mape_pct, 1),
         _number(score.r2, 3),
         "-" if agreed is None else f"{agreed.bias_mm:+.2f}",
-        "-" if limits is None else f"{limits[0]:+.2f} to {limits[1]:+.2f}",
+        "-" if limits is None else span(limits, "+.2f"),
     )
 
 

@@ -9,8 +9,7 @@ from fieldcam.growth.crop import CropForecast
 from fieldcam.growth.forecast import Forecast
 from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.outlook import Outlook
-from fieldcam.growth.resampling import Interval
-from fieldcam.words import number_of
+from fieldcam.words import number_of, span
 
 
 def growth_lines(growth: Outlook, notes: Sequence[str]) -> Iterator[str]:
@@ -19,7 +18,7 @@ def growth_lines(growth: Outlook, notes: Sequence[str]) -> Iterator[str]:
     yield (
         f"Block {found.block.name}, {found.start} to {found.end}:"
         f" {found.set_pct:.1f} % of the initial fruitlets will stay"
-        f" ({_span(found.interval90_pct)} %)."
+        f" ({span(found.interval90_pct, '.1f')} %)."
     )
     if growth.crop is not None:
         yield _fruit_line(growth.crop)
@@ -38,7 +37,7 @@ def growth_lines(growth: Outlook, notes: Sequence[str]) -> Iterator[str]:
 def _fruit_line(crop: CropForecast) -> str:
     if crop.interval90_fruit is None:
         return f"Fruit per tree: {crop.fruit:.0f}, as far as one cluster can say."
-    line = f"Fruit per tree: {crop.fruit:.0f} ({_span(crop.interval90_fruit, 0)})"
+    line = f"Fruit per tree: {crop.fruit:.0f} ({span(crop.interval90_fruit)})"
     return f"{line}; {crop.against_target}." if crop.against_target else f"{line}."
 
 
@@ -48,7 +47,7 @@ def _number_lines(growth: Outlook) -> Iterator[str]:
     if found.interval90_trees_pct is None:
         yield "On all trees like these: one cluster cannot say."
     else:
-        yield f"On all trees like these: {_span(found.interval90_trees_pct)} %."
+        yield f"On all trees like these: {span(found.interval90_trees_pct, '.1f')} %."
     yield f"Matched by size order alone: {growth.by_size_order.set_pct:.1f} %."
     if growth.days_since_spray is not None:
         since = number_of(growth.days_since_spray, "day")
@@ -75,10 +74,9 @@ def _ignored(found: Forecast) -> str:
 def _trend_lines(trend: Sequence[Forecast]) -> Iterator[str]:
     if len(trend) > 1:
         yield from ("", "Visit by visit:")
-        yield from (
-            f"  {each.start} to {each.end}: {each.set_pct:.1f} % ({_span(each.interval90_pct)})"
-            for each in trend
-        )
+        for each in trend:
+            likely = span(each.interval90_pct, ".1f")
+            yield f"  {each.start} to {each.end}: {each.set_pct:.1f} % ({likely})"
 
 
 def _listed(heading: str, sentences: Sequence[str]) -> Iterator[str]:
@@ -96,8 +94,3 @@ def _cluster_row(each: ClusterInfluence) -> tuple[str, ...]:
         *map(str, numbers),
         f"{each.influence_points:+.2f}",
     )
-
-
-def _span(interval: Interval, digits: int = 1) -> str:
-    low, high = interval
-    return f"{low:.{digits}f} to {high:.{digits}f}"

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from fieldcam.images.pixels import as_rgb
 from fieldcam.values import TAG_SIZE_MM, Calibration, StereoPair
 
 TAG_ID = 17
@@ -23,10 +24,10 @@ def drawn_pair() -> StereoPair:
     noise = rng.normal(110, 60, (height // 4, (width + shift) // 4))
     wall = cv2.resize(noise, (width + shift, height), interpolation=cv2.INTER_CUBIC)
     scene = np.clip(wall, 0, 255).astype(np.uint8)
-    card = _card(round(CAMERA.focal_px * TAG_SIZE_MM / RANGE_MM))
+    card = _card(round(CAMERA.px_per_mm(RANGE_MM) * TAG_SIZE_MM))
     x, y = width // 2, height // 2
     scene[y : y + len(card), x : x + len(card)] = card
-    rgb = np.repeat(scene[..., None], 3, axis=2)
+    rgb = as_rgb(scene)
     # The right eye stands to the right, so it sees the same things further left.
     return StereoPair(rgb[:, :width].copy(), rgb[:, shift:].copy())
 

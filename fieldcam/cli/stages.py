@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,12 +18,16 @@ from fieldcam.cli.card_size import add_block_of_cards, add_tag_size, tag_size_of
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import checked_models, open_raft, open_segmenter
 from fieldcam.errors import BadInput
+from fieldcam.exchange.rounding import each_rounded
 from fieldcam.values import FloatMap, Instance, Matcher, StereoPair, TagPose
 from fieldcam.words import number_of
 
 if TYPE_CHECKING:
     from fieldcam.values import Calibration, ImageU8
-    from fieldcam.vision.stereo import StereoMatcher
+    from fieldcam.vision.stereo.matching import StereoMatcher
+
+PIXEL_DIGITS = 2
+"""To a hundredth of a pixel, which is more than anyone can measure."""
 
 
 def register(commands: Subparsers[Parser]) -> None:
@@ -60,8 +63,8 @@ def register(commands: Subparsers[Parser]) -> None:
 
 def _tags(arguments: argparse.Namespace) -> None:
     from fieldcam.exchange.images import read_image
-    from fieldcam.vision.other_families import other_family
-    from fieldcam.vision.tags import detect_tags
+    from fieldcam.vision.tags.detection import detect_tags
+    from fieldcam.vision.tags.other_families import other_family
 
     image = read_image(arguments.image)
     calibration = _calibration_for(image, arguments.calibration)
@@ -100,7 +103,7 @@ def _segment(arguments: argparse.Namespace) -> None:
 
 def _disparity(arguments: argparse.Namespace) -> None:
     from fieldcam.exchange.images import read_pair
-    from fieldcam.vision.stereo import default_max_disparity, match_whole
+    from fieldcam.vision.stereo.matching import default_max_disparity, match_whole
 
     pair = StereoPair(*read_pair(arguments.left, arguments.right))
     width_px = pair.size_px[0]
@@ -118,7 +121,7 @@ def _disparity(arguments: argparse.Namespace) -> None:
 
 
 def _open_matcher(arguments: argparse.Namespace) -> StereoMatcher:
-    from fieldcam.vision.sgbm import SgbmMatcher
+    from fieldcam.vision.stereo.sgbm import SgbmMatcher
 
     if arguments.stereo is Matcher.SGBM:
         return SgbmMatcher()
@@ -141,26 +144,21 @@ def _calibration_for(image: ImageU8, path: Path | None) -> Calibration | None:
 def _tag_entry(tag: TagPose) -> dict[str, Any]:
     return {
         "id": tag.id,
-        "center_px": _rounded(tag.center_px),
-        "corners_px": [_rounded(corner) for corner in tag.corners_px],
+        "center_px": each_rounded(tag.center_px, PIXEL_DIGITS),
+        "corners_px": [each_rounded(corner, PIXEL_DIGITS) for corner in tag.corners_px],
         "range_mm": None if tag.range_mm is None else round(tag.range_mm, 1),
     }
 
 
 def _instance_entry(instance: Instance) -> dict[str, Any]:
-    from fieldcam.vision.outline import pixel_outline
+    from fieldcam.vision.sizing.outline import pixel_outline
 
     return {
-        "box_px": _rounded(instance.box_px),
+        "box_px": each_rounded(instance.box_px, PIXEL_DIGITS),
         "score": round(float(instance.score), 4),
         "area_px": instance.visible.area_px,
         "outline_px": pixel_outline(instance.visible).tolist(),
     }
-
-
-def _rounded(pixels: Sequence[float]) -> list[float]:
-    """To a hundredth of a pixel, which is more than anyone can measure."""
-    return [round(float(value), 2) for value in pixels]
 
 
 def _save(path: Path, disparity: FloatMap) -> None:

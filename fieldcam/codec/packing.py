@@ -31,7 +31,7 @@ COMPRESSION_LEVEL = 3
 
 
 def encode_mask(window: BoolMask) -> list[int]:
-    """Run lengths by rows; the first counts background and may be 0."""
+    """Run lengths by rows of a mask (h, w); the first counts background and may be 0."""
     flat = np.concatenate(([False], window.ravel()))
     changes = np.flatnonzero(flat[1:] != flat[:-1])
     edges = np.concatenate(([0], changes, [window.size]))

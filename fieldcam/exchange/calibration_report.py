@@ -9,7 +9,7 @@ from fieldcam.calibration.calibrating import Calibrated, ViewReport
 from fieldcam.calibration.coverage import Coverage
 from fieldcam.calibration.solving import Lens
 from fieldcam.exchange.json_form import Json
-from fieldcam.values import Floats
+from fieldcam.exchange.rounding import each_rounded
 
 SCHEMA_VERSION = 1
 
@@ -33,8 +33,8 @@ def calibration_report(result: Calibrated) -> Json:
         },
         "left": _lens_report(result.camera.left),
         "right": _lens_report(result.camera.right),
-        "rotation": _rounded(result.camera.rotation, 9),
-        "translation_mm": _rounded(result.camera.translation_mm, 4),
+        "rotation": each_rounded(np.ravel(result.camera.rotation), 9),
+        "translation_mm": each_rounded(np.ravel(result.camera.translation_mm), 4),
         "rms_px": round(result.rms_px, 4),
         "rows_px": round(result.rows_px, 4),
         "views": [_view_report(view) for view in result.views],
@@ -57,7 +57,7 @@ def _lens_report(lens: Lens) -> Json:
         "fy_px": round(float(matrix[1, 1]), 3),
         "cx_px": round(float(matrix[0, 2]), 3),
         "cy_px": round(float(matrix[1, 2]), 3),
-        "distortion": _rounded(lens.distortion, 6),
+        "distortion": each_rounded(np.ravel(lens.distortion), 6),
         "focal_sigma_px": round(lens.focal_sigma_px, 3),
     }
 
@@ -85,8 +85,3 @@ def _coverage_report(coverage: Coverage) -> Json:
         "range_mm": [round(coverage.nearest_mm, 1), round(coverage.farthest_mm, 1)],
         "missing": list(coverage.missing_words),
     }
-
-
-def _rounded(values: Floats, digits: int) -> list[float]:
-    """By rows."""
-    return [round(float(value), digits) for value in np.ravel(values)]

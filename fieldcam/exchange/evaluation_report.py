@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fieldcam.exchange.json_form import Json
+from fieldcam.exchange.rounding import each_rounded, rounded
 from fieldcam.exchange.tables.written import csv_text
 from fieldcam.growth.evaluation.evaluating import (
     Evaluation,
@@ -105,13 +106,13 @@ def _sizing(score: SizingScore) -> Json:
     return {
         "measured": score.measured,
         "sized": score.sized,
-        "sized_pct": _rounded(score.sized_pct, 2),
+        "sized_pct": rounded(score.sized_pct, 2),
         "outliers": score.outliers,
-        "mae_mm": _rounded(score.mae_mm, 4),
-        "mape_pct": _rounded(score.mape_pct, 3),
-        "r2": _rounded(score.r2, 4),
-        "bias_mm": None if agreed is None else round(agreed.bias_mm, 4),
-        "limits95_mm": None if limits is None else [round(limit, 4) for limit in limits],
+        "mae_mm": rounded(score.mae_mm, 4),
+        "mape_pct": rounded(score.mape_pct, 3),
+        "r2": rounded(score.r2, 4),
+        "bias_mm": rounded(None if agreed is None else agreed.bias_mm, 4),
+        "limits95_mm": None if limits is None else each_rounded(limits, 4),
     }
 
 
@@ -129,8 +130,8 @@ def _association(score: AssociationScore) -> Json:
         "right": score.right,
         "made": score.made,
         "possible": score.possible,
-        "precision_pct": _rounded(score.precision_pct, 2),
-        "recall_pct": _rounded(score.recall_pct, 2),
+        "precision_pct": rounded(score.precision_pct, 2),
+        "recall_pct": rounded(score.recall_pct, 2),
     }
 
 
@@ -140,17 +141,17 @@ def _fates(score: FateScore) -> Json:
         "fallen_but_hangs": score.fallen_but_hangs,
         "not_seen": score.not_seen,
         "not_seen_but_fell": score.not_seen_but_fell,
-        "right_pct": _rounded(score.right_pct, 2),
+        "right_pct": rounded(score.right_pct, 2),
     }
 
 
 def _judged(persist_pct: float | None, truth_pct: float | None) -> Json:
-    return _forecast(persist_pct) | {"aapd_pct": _rounded(aapd(persist_pct, truth_pct), 2)}
+    return _forecast(persist_pct) | {"aapd_pct": rounded(aapd(persist_pct, truth_pct), 2)}
 
 
 def _forecast(persist_pct: float | None) -> Json:
     abscise_pct = None if persist_pct is None else 100.0 - persist_pct
-    return {"persist_pct": _rounded(persist_pct, 2), "abscise_pct": _rounded(abscise_pct, 2)}
+    return {"persist_pct": rounded(persist_pct, 2), "abscise_pct": rounded(abscise_pct, 2)}
 
 
 def _seconds(found: Seconds) -> Json:
@@ -158,21 +159,17 @@ def _seconds(found: Seconds) -> Json:
         "clusters": found.n,
         "mean_s": round(found.mean_s, 2),
         "median_s": round(found.median_s, 2),
-        "times_faster_than_calipers": _rounded(found.times_faster, 1),
+        "times_faster_than_calipers": rounded(found.times_faster, 1),
     }
 
 
 def _pair(pair: SizePair) -> Json:
     return _name(pair) | {
-        "camera_mm": _rounded(pair.camera_mm, 3),
-        "calipers_mm": _rounded(pair.calipers_mm, 3),
+        "camera_mm": rounded(pair.camera_mm, 3),
+        "calipers_mm": rounded(pair.calipers_mm, 3),
         "outlier": pair.outlier,
     }
 
 
 def _name(pair: SizePair) -> Json:
     return {"date": pair.day.isoformat(), "tag": pair.tag_id, "fruit": pair.fruit}
-
-
-def _rounded(value: float | None, digits: int) -> float | None:
-    return None if value is None else round(float(value), digits)

@@ -18,7 +18,6 @@ from fieldcam.disk.image_headers import (
 from fieldcam.errors import ImageUnreadable, PairMismatch
 from fieldcam.foreign.bounds import IMAGE, MOST_PIXELS
 from fieldcam.foreign.files import read_foreign
-from fieldcam.values import Calibration
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,17 +68,6 @@ def check_same_size(left: ImageFile, right: ImageFile) -> None:
             f"{left.name} has {_text(left.size_px)}, {right.name} {_text(right.size_px)}.",
             "Give the two images of one exposure.",
         )
-
-
-def check_size(calibration: Calibration, size_px: tuple[int, int]) -> None:
-    """Refuses an image whose size (width, height) is not the calibration's."""
-    if size_px == (calibration.width_px, calibration.height_px):
-        return
-    raise PairMismatch(
-        f"The image has {_text(size_px)}, its calibration"
-        f" {calibration.width_px} x {calibration.height_px}.",
-        "Give the calibration of the camera that took it.",
-    )
 
 
 def _read_bytes(path: Path) -> bytes:

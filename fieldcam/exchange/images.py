@@ -13,10 +13,10 @@ from fieldcam.errors import ImageUnreadable
 from fieldcam.exchange.image_files import (
     ImageFile,
     check_same_size,
-    check_size,
     checked_image,
     read_image_file,
 )
+from fieldcam.images.pixels import check_size
 from fieldcam.values import Calibration, ImageU8
 
 
@@ -30,20 +30,20 @@ def read_image(path: Path) -> ImageU8:
 
 
 def decode_image(content: bytes, name: str) -> ImageU8:
-    """The same, of what was read already; `name` is for the error's sentence."""
+    """The same (H, W, 3), of what was read already; `name` is for the error's sentence."""
     return _pixels(checked_image(content, name))
 
 
 def read_pair(left_path: Path, right_path: Path) -> tuple[ImageU8, ImageU8]:
-    """Both eyes' images, checked to have the same size."""
+    """Both eyes' images (H, W, 3), checked to have the same size."""
     left, right = read_image_file(left_path), read_image_file(right_path)
     check_same_size(left, right)
     return _pixels(left), _pixels(right)
 
 
 def check_against(calibration: Calibration, image: ImageU8) -> None:
-    """Refuses an image whose size is not the calibration's."""
-    check_size(calibration, (image.shape[1], image.shape[0]))
+    """Refuses an image (H, W, 3) whose size is not the calibration's."""
+    check_size((image.shape[1], image.shape[0]), calibration.size_px)
 
 
 def check_png_target(path: Path) -> None:

@@ -10,10 +10,11 @@ from pathlib import Path
 from fieldcam.calibration.readers import load_camera
 from fieldcam.errors import BadInput, PairMismatch
 from fieldcam.exchange.capture_folder import CaptureFile
-from fieldcam.exchange.image_files import ImageFile, check_same_size, check_size, read_image_file
+from fieldcam.exchange.image_files import ImageFile, check_same_size, read_image_file
 from fieldcam.foreign.bounds import CALIBRATION
 from fieldcam.foreign.files import read_foreign
-from fieldcam.values import Calibration, PixelFormat
+from fieldcam.images.pixels import check_size
+from fieldcam.values import PixelFormat
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,5 +53,5 @@ def read_pair_files(file: CaptureFile) -> PairFiles:
 def _checked_calibration(path: Path, size_px: tuple[int, int]) -> bytes:
     """Its content, if it describes a camera that gives images of this size."""
     found = load_camera(path, size_px)
-    check_size(found if isinstance(found, Calibration) else found.rectified, size_px)
+    check_size(size_px, found.size_px)
     return read_foreign(path, CALIBRATION)

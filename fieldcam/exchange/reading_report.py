@@ -5,6 +5,7 @@ from __future__ import annotations
 from msgspec import to_builtins
 
 from fieldcam.exchange.json_form import Json
+from fieldcam.exchange.rounding import each_rounded, rounded
 from fieldcam.values import ClusterReading, Fruitlet, TagPose
 
 
@@ -25,8 +26,8 @@ def reading_report(reading: ClusterReading) -> Json:
 def _tag_report(tag: TagPose) -> Json:
     return {
         "id": tag.id,
-        "center_px": _rounded(tag.center_px, 2),
-        "range_mm": _rounded_or_none(tag.range_mm, 1),
+        "center_px": each_rounded(tag.center_px, 2),
+        "range_mm": rounded(tag.range_mm, 1),
     }
 
 
@@ -34,21 +35,13 @@ def _fruitlet_report(fruitlet: Fruitlet) -> Json:
     return {
         "id": fruitlet.id,
         "in_target": fruitlet.in_target,
-        "diameter_mm": _rounded_or_none(fruitlet.diameter_mm, 3),
-        "sd_mm": _rounded_or_none(fruitlet.sd_mm, 3),
-        "center_px": _rounded(fruitlet.center_px, 2),
-        "box_px": _rounded(fruitlet.box_px, 1),
+        "diameter_mm": rounded(fruitlet.diameter_mm, 3),
+        "sd_mm": rounded(fruitlet.sd_mm, 3),
+        "center_px": each_rounded(fruitlet.center_px, 2),
+        "box_px": each_rounded(fruitlet.box_px, 1),
         "score": round(float(fruitlet.score), 4),
-        "disparity_px": _rounded_or_none(fruitlet.disparity_px, 2),
-        "range_mm": _rounded_or_none(fruitlet.range_mm, 1),
+        "disparity_px": rounded(fruitlet.disparity_px, 2),
+        "range_mm": rounded(fruitlet.range_mm, 1),
         "visible_fraction": round(float(fruitlet.visible_fraction), 3),
         "flags": [flag.value for flag in fruitlet.flags],
     }
-
-
-def _rounded(values: tuple[float, ...], digits: int) -> list[float]:
-    return [round(float(value), digits) for value in values]
-
-
-def _rounded_or_none(value: float | None, digits: int) -> float | None:
-    return None if value is None else round(float(value), digits)

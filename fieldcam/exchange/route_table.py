@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.calipers.cells import label_of
+from fieldcam.exchange.calipers.cells import label_of, whole_number, whole_of
 from fieldcam.exchange.tables.files import read_sheets
 from fieldcam.exchange.tables.headings import Table, TableRow, find_table, table_of
 from fieldcam.exchange.tables.merged import Repeated, filled_down
@@ -81,7 +81,7 @@ def _is_heading(names: Sequence[str]) -> bool:
 
 def _needs_no_heading(sheet: Sheet) -> bool:
     first = sheet.rows[0].cells
-    return len(first) == 2 and _whole(first[1]) is not None
+    return len(first) == 2 and whole_number(first[1]) is not None
 
 
 def _rows(table: Table) -> tuple[list[TableRow], str]:
@@ -125,16 +125,7 @@ def _tags(table: Table, rows: Sequence[TableRow]) -> list[int]:
 
 
 def _tag_id(row: TableRow, text: str) -> int:
-    number = _whole(text)
-    if number is None:
-        said = f"{text!r} is no tag number" if text else "the tag is missing"
-        raise BadInput(f"{row.place}: {said}.")
+    number = whole_of(text, row.place, "tag")
     if number > HIGHEST_TAG_ID:
         raise BadInput(f"{row.place}: there is no tag {number}: they end at {HIGHEST_TAG_ID}.")
     return number
-
-
-def _whole(text: str) -> int | None:
-    """Spreadsheets write whole numbers as 17.0 at times."""
-    digits = text.removesuffix(".0")
-    return int(digits) if digits.isascii() and digits.isdigit() and len(digits) < 10 else None

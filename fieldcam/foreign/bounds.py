@@ -46,6 +46,8 @@ CAMERA_SETTINGS = Bound("file of camera settings", MIB, CameraSettingsInvalid)
 FEATURES = Bound("feature file", 16 * MIB, FeatureFileInvalid)
 """GenICam XML, packed or unpacked; the largest seen has 4 MiB."""
 IMAGE = Bound("image", 128 * MIB, ImageUnreadable)
+TABLE = Bound("table", 64 * MIB)
+"""The largest that anybody measured has some 10,000 rows."""
 
 MOST_PIXELS = 25_000_000
 """Of one picture; a stereo head's has 1.6 million. Outlining fruit in so many takes 2.4 GB."""
@@ -68,3 +70,20 @@ MOST_VISITS = 100_000
 """Of a feature file's nodes, for one answer; the hungriest feature seen takes 1,141."""
 MOST_LISTING_CPU_S = 3.0
 """For a list of all features; a camera's takes half a second."""
+
+MOST_TEXT_BYTES = 16 * MIB
+"""Of a CSV table."""
+MOST_UNPACKED_BYTES = 64 * MIB
+"""Of all parts of a workbook together."""
+MOST_ROWS = 200_000
+"""Of a table, that hold something."""
+LAST_ROW = 1_048_576
+"""Of a sheet; spreadsheet programs end there."""
+MOST_CELLS = 2_000_000
+"""Of a sheet, empty ones before a filled one counted."""
+MOST_SHEETS = 400
+"""A day of the year each, and a few more."""
+MOST_TITLE_ROWS = 20
+"""That may stand above a table's heading."""
+MOST_FRUITS = 30_000
+"""Of a caliper table: 4,000 clusters take seconds, and room grows with their number."""

@@ -16,7 +16,7 @@ import numpy as np
 from fieldcam.growth.association.alignment import Whereabouts
 from fieldcam.growth.association.points import F64, Points
 from fieldcam.growth.places import View
-from fieldcam.values import DisparityWindow
+from fieldcam.values import DisparityWindow, Floats
 
 TRIED_PLACES = 64
 SLACK_MM = 3.0
@@ -73,11 +73,11 @@ def may_be_there(looked: LookedAt) -> bool:
 
 def _is_near(looked: LookedAt, points_px: Sequence[tuple[float, float]], reach_mm: float) -> bool:
     """Whether one of some points stands in the picture near the place."""
-    calibration, (x, y, z) = looked.view.reading.calibration, looked.place.center_mm
-    px_per_mm = calibration.focal_px / z
-    column, row = x * px_per_mm + calibration.cx_px, y * px_per_mm + calibration.cy_px
+    calibration, center_mm = looked.view.reading.calibration, looked.place.center_mm
+    column, row = calibration.places_px(center_mm)
     gaps = (np.hypot(u - column, v - row) for u, v in points_px)
-    return any(gap < reach_mm * px_per_mm for gap in gaps)
+    reach_px = reach_mm * calibration.px_per_mm(float(center_mm[2]))
+    return any(gap < reach_px for gap in gaps)
 
 
 def _covered_share(looked: LookedAt, window: DisparityWindow) -> float:
@@ -94,14 +94,10 @@ def _covered_share(looked: LookedAt, window: DisparityWindow) -> float:
     free = free[free[:, 2] > looked.diameter_mm]
     if not len(free):
         return 1.0
-    focal_baseline = calibration.focal_px * calibration.baseline_mm
-    radius_mm = looked.diameter_mm / 2
-    across = _DISK * radius_mm
-    behind = free[:, 2, None] + SLACK_MM
-    x = (free[:, 0, None] + across[:, 0]) / free[:, 2, None] * calibration.focal_px
-    y = (free[:, 1, None] + across[:, 1]) / free[:, 2, None] * calibration.focal_px
-    seen = _sampled(window, x + calibration.cx_px, y + calibration.cy_px)
-    return float(np.mean(seen > focal_baseline / behind))
+    fronts = np.repeat(free[:, None], len(_DISK), axis=1)
+    fronts[..., :2] += _DISK * looked.diameter_mm / 2
+    seen = _sampled(window, calibration.places_px(fronts))
+    return float(np.mean(seen > calibration.disparity_px(fronts[..., 2] + SLACK_MM)))
 
 
 def chance_fallen(found_if_hanging: Sequence[float]) -> list[float]:
@@ -125,20 +121,20 @@ def _is_free(centers_mm: F64, looked: LookedAt) -> F64:
     return np.asarray((gaps > TOUCHING * (radii + looked.diameter_mm / 2)).all(axis=1))
 
 
-def _sampled(window: DisparityWindow, x: F64, y: F64) -> F64:
-    """Disparity at image places; infinitely near outside of what was matched."""
+def _sampled(window: DisparityWindow, places_px: Floats) -> F64:
+    """Disparity (...) at image places (..., 2); infinitely near outside of what was matched."""
     region = window.region
-    column, row = np.rint(x).astype(int) - region.x0, np.rint(y).astype(int) - region.y0
+    column, row = np.moveaxis(np.rint(places_px).astype(int) - (region.x0, region.y0), -1, 0)
     inside = (column >= 0) & (column < region.width) & (row >= 0) & (row < region.height)
     found = window.disparity_px[row.clip(0, region.height - 1), column.clip(0, region.width - 1)]
     return np.where(inside, found, np.inf)
 
 
-def _disk() -> F64:
-    """Points (P, 2) spread evenly over the unit disk."""
-    k = np.arange(32)
-    radius, angle = np.sqrt((k + 0.5) / 32), k * np.pi * (3 - np.sqrt(5))
+def disk_points(count: int) -> F64:
+    """Points (count, 2) spread evenly over the unit disk."""
+    k = np.arange(count)
+    radius, angle = np.sqrt((k + 0.5) / count), k * np.pi * (3 - np.sqrt(5))
     return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
 
 
-_DISK = _disk()
+_DISK = disk_points(32)

@@ -64,7 +64,7 @@ class _Rates:
         return cls(sorted(fastest, reverse=True), judged)
 
     def fastest_without(self, tag_id: int) -> Floats:
-        """The FASTEST of all other clusters, or as many as there are."""
+        """Rates (N,) of the FASTEST of all other clusters, or as many as there are."""
         others = (rate for rate, tag in self.fastest_first if tag != tag_id)
         return np.array(list(islice(others, FASTEST)))
 

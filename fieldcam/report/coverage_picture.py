@@ -13,7 +13,7 @@ import numpy as np
 from fieldcam.calibration.boards import Pixels
 from fieldcam.calibration.calibrating import Calibrated, ViewReport
 from fieldcam.calibration.coverage import COLUMN_EDGES, FAR_MM, NEAR_MM, ROW_EDGES
-from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface
+from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface, circle
 from fieldcam.values import FARTHEST_MM, NEAREST_MM, ImageU8
 
 WIDTH_PX = 1200
@@ -80,10 +80,8 @@ def _draw_tilts(canvas: Canvas, box: Rect, views: Sequence[ViewReport]) -> None:
     x, y = box.center
     radius_px = min(box.x1 - box.x0, box.y1 - box.y0) / 2
     for degrees in (20.0, 40.0, STEEPEST_DEG):
-        around = np.linspace(0, 2 * np.pi, 72)
         r = radius_px * degrees / STEEPEST_DEG
-        circle = [(x + r * np.cos(t), y + r * np.sin(t)) for t in around]
-        canvas.polyline(circle, FAINT, 1.0, closed=True)
+        canvas.polyline(circle((x, y), r, 71), FAINT, 1.0, closed=True)
         canvas.text((x + 3, y - r + 14), f"{degrees:.0f}°", SMALL, INK)
     for view in views:
         pose = view.judged.pose

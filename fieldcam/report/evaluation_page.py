@@ -25,7 +25,7 @@ from fieldcam.growth.evaluation.sizing import (
 from fieldcam.growth.places import Association
 from fieldcam.report.page import Html, element, figure, listing, page, section, table
 from fieldcam.report.size_plots import Sets, bland_altman, line_fits, size_boxes, size_cdfs
-from fieldcam.words import number_of
+from fieldcam.words import number_of, signed
 
 NOTHING = "\N{EN DASH}"
 FOLLOWED_BY = {
@@ -80,7 +80,7 @@ def _summary(found: Evaluation) -> Html:
         return element("p", text, "verdict open")
     text = (
         f"{found.block}: {score.agreement.n:,} sizes compared, mean absolute error"
-        f" {score.mae_mm:.2f} mm, bias {_signed(score.agreement.bias_mm)} mm."
+        f" {score.mae_mm:.2f} mm, bias {signed(score.agreement.bias_mm)} mm."
     )
     differences = [aapd(run.persist_pct, found.persist_pct) for run in first.following[:1]]
     for points in differences:
@@ -138,8 +138,8 @@ def _size_row(visit: str, score: SizingScore) -> list[str]:
         _number(score.mae_mm, 3),
         _number(score.mape_pct, 1, " %"),
         _number(score.r2, 3),
-        NOTHING if agreed is None else _signed(agreed.bias_mm),
-        NOTHING if limits is None else f"{_signed(limits[0])} to {_signed(limits[1])}",
+        NOTHING if agreed is None else signed(agreed.bias_mm),
+        NOTHING if limits is None else " to ".join(map(signed, limits)),
     ]
 
 
@@ -257,10 +257,6 @@ def _by_day(pairs: Iterable[SizePair]) -> Iterator[str]:
 
 def _number(value: float | None, digits: int, unit: str = "") -> str:
     return NOTHING if value is None else f"{value:.{digits}f}{unit}"
-
-
-def _signed(value: float) -> str:
-    return f"{value:+.2f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _day(day: date) -> Html:

@@ -12,7 +12,6 @@ from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.records import Source
 from fieldcam.growth.reference import FASTEST, PERSISTS_ABOVE
-from fieldcam.growth.resampling import Interval
 from fieldcam.growth.visits import BlockVisit, visits_of
 from fieldcam.report.growth_plots import rate_histogram, trend_plot
 from fieldcam.report.page import (
@@ -26,7 +25,7 @@ from fieldcam.report.page import (
     section,
     table,
 )
-from fieldcam.words import number_of
+from fieldcam.words import number_of, signed, span
 
 PNG = b"\x89PNG"
 """How such a file begins; all other pictures are JPEG."""
@@ -92,14 +91,14 @@ def _verdict(growth: Outlook) -> Html:
     found, crop = growth.found, growth.crop
     of_first = (
         f"{found.set_pct:.0f} % of the first fruitlets will stay"
-        f" ({_span(found.interval90_pct)} %; on all trees {_of_trees(found)})"
+        f" ({span(found.interval90_pct)} %; on all trees {_of_trees(found)})"
     )
     if crop is None:
         return element("p", f"{of_first}.", "verdict open")
     if crop.interval90_fruit is None:
         text = f"{crop.fruit:.0f} fruit per tree, as far as one cluster can say: {of_first}."
         return element("p", text, "verdict open")
-    fruit = f"{crop.fruit:.0f} fruit per tree (90 % interval {_span(crop.interval90_fruit)})"
+    fruit = f"{crop.fruit:.0f} fruit per tree (90 % interval {span(crop.interval90_fruit)})"
     if crop.verdict is None:
         return element("p", f"{fruit}: {of_first}.", "verdict open")
     text = f"{fruit}, {crop.against_target}. {of_first}."
@@ -108,7 +107,7 @@ def _verdict(growth: Outlook) -> Html:
 
 def _of_trees(found: Forecast) -> str:
     interval = found.interval90_trees_pct
-    return "unknown from one cluster" if interval is None else f"{_span(interval)} %"
+    return "unknown from one cluster" if interval is None else f"{span(interval)} %"
 
 
 def _counts(growth: Outlook) -> Html:
@@ -120,7 +119,7 @@ def _counts(growth: Outlook) -> Html:
         ["of these, fall", f"{counts.abscise} ({counts.fallen} of them fallen)"],
         ["of these, without a size on both visits, left out", str(counts.not_seen)],
         ["besides these, without a first size or with an odd one", str(found.ignored)],
-        ["Set of the tagged clusters", f"{found.set_pct:.1f} % ({_span(found.interval90_pct)} %)"],
+        ["Set of the tagged clusters", f"{found.set_pct:.1f} % ({span(found.interval90_pct)} %)"],
         ["Set of all trees like them", _of_trees(found)],
         [f"Reference, the fastest ({reference.n})", f"{reference.rate_mm_per_day:.2f} mm/day"],
         ["Cutoff", f"{reference.cutoff_mm_per_day:.2f} mm/day"],
@@ -183,7 +182,7 @@ def _cluster_row(
         str(cluster.counts.persist),
         str(cluster.counts.abscise),
         str(cluster.counts.not_seen),
-        f"{cluster.influence_points:+.1f}".replace("-", "\N{MINUS SIGN}"),
+        signed(cluster.influence_points, 1),
     ]
     if not thumbnails:
         return row
@@ -236,11 +235,6 @@ def _method(found: Forecast) -> Iterator[str]:
             f"As measured, the fastest grew {measured:.2f} mm/day; the reference of {used:.2f}"
             " mm/day allows for measuring errors and for fruitlets that were not seen."
         )
-
-
-def _span(interval: Interval) -> str:
-    low, high = interval
-    return f"{low:.0f} to {high:.0f}"
 
 
 def _visit(visit: BlockVisit) -> str:

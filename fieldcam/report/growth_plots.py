@@ -151,7 +151,7 @@ def _rates(found: Forecast, states: Sequence[State]) -> Floats:
 
 
 def bin_edges(rates: Floats, cutoff: float) -> Floats:
-    """Of bins that meet at the cutoff, so that none holds both who stays and who falls."""
+    """(M,) of bins for (N,) values that meet at the cutoff: none holds both who stays and falls."""
     low, high = float(rates.min()), float(rates.max())
     span = max(high, cutoff) - min(low, cutoff) or 1.0
     wanted = len(np.histogram_bin_edges(rates, "fd")) - 1

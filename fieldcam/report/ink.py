@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from fieldcam.values import ImageU8
+from fieldcam.values import Ellipse, Floats, ImageU8, Region
 
 Colour = tuple[int, int, int]
 """RGB, 0 to 255."""
@@ -116,12 +116,9 @@ class Canvas:
 
     def dot(self, at: Point, radius_px: float, colour: Colour, alpha: float = 1.0) -> None:
         """Fill a small circle."""
-        circle = [
-            (at[0] + radius_px * math.cos(t), at[1] + radius_px * math.sin(t))
-            for t in np.linspace(0, 2 * math.pi, 24, endpoint=False)
-        ]
-        window, x, y = self._window(circle, 1.0)
-        cv2.fillPoly(window, [_fixed(circle, x, y)], 255, cv2.LINE_AA, _SHIFT)
+        around = circle(at, radius_px)
+        window, x, y = self._window(around, 1.0)
+        cv2.fillPoly(window, [_fixed(around, x, y)], 255, cv2.LINE_AA, _SHIFT)
         self._blend(x, y, window, colour, alpha)
 
     def tint(self, x0: int, y0: int, coverage: Coverage, colour: Colour, alpha: float) -> None:
@@ -141,14 +138,22 @@ class Canvas:
 
     def _blend(self, x0: int, y0: int, coverage: Coverage, colour: Colour, alpha: float) -> None:
         height, width = self.image.shape[:2]
-        left, top = max(0, -x0), max(0, -y0)
-        right = min(coverage.shape[1], width - x0)
-        bottom = min(coverage.shape[0], height - y0)
-        if right <= left or bottom <= top:
-            return
-        part = coverage[top:bottom, left:right, None].astype(np.float32) * (alpha / 255)
-        under = self.image[y0 + top : y0 + bottom, x0 + left : x0 + right]
+        own = Region(x0, y0, x0 + coverage.shape[1], y0 + coverage.shape[0])
+        seen = own.overlap(Region.whole(width, height))
+        part = coverage[seen.slices_in(own)][..., None].astype(np.float32) * (alpha / 255)
+        under = self.image[seen.slices]
         under[:] = np.rint(under + (np.array(colour, np.float32) - under) * part).astype(np.uint8)
+
+
+def circle(center: Point, radius_px: float, corners: int = 24) -> list[Point]:
+    """A closed line that looks round."""
+    around = Ellipse(center, 2 * radius_px, 2 * radius_px, 0.0).points_px(corners)
+    return [point(xy) for xy in around]
+
+
+def point(xy: Floats) -> Point:
+    """Of x and y (2,)."""
+    return float(xy[0]), float(xy[1])
 
 
 def _font() -> cv2.FontFace:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from fieldcam.report.ink import Point, Rect
+from fieldcam.report.ink import Point, Rect, point
 
 _ANGLES = 24
 _OVERLAP_COST = 4.0
@@ -64,7 +64,7 @@ def place_labels(wishes: Sequence[Wish], frame: Rect, avoid: Sequence[Rect]) -> 
             cost += _CROSSING_COST * _crossings(starts, ends, other.leader)
         best = int(np.argmin(cost))
         rect = Rect(*rects[best])
-        placed.append(Placed(rect, (_point(starts[best]), _point(ends[best]))))
+        placed.append(Placed(rect, (point(starts[best]), point(ends[best]))))
         taken.append((rect.x0, rect.y0, rect.x1, rect.y1))
     return placed
 
@@ -126,7 +126,3 @@ def _side(a: _Floats, b: _Floats, p: _Floats) -> _Floats:
     """Positive where p lies to one side of the line from a to b."""
     ab, ap = b - a, p - a
     return np.asarray(ab[..., 0] * ap[..., 1] - ab[..., 1] * ap[..., 0], np.float64)
-
-
-def _point(xy: _Floats) -> Point:
-    return float(xy[0]), float(xy[1])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -10,11 +9,11 @@ from statistics import median
 import cv2
 import numpy as np
 
-from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface
+from fieldcam.images.pixels import as_rgb
+from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface, circle
 from fieldcam.report.labels import Placed, Wish, place_labels
 from fieldcam.values import (
     ClusterReading,
-    Ellipse,
     Flag,
     Fruitlet,
     ImageU8,
@@ -22,7 +21,7 @@ from fieldcam.values import (
     Status,
     TagPose,
 )
-from fieldcam.vision.outline import pixel_outline
+from fieldcam.vision.sizing.outline import pixel_outline
 
 # Okabe and Ito's palette: told apart with every common colour blindness.
 TARGET: Colour = (255, 200, 40)
@@ -68,7 +67,7 @@ class _Look:
         ellipse = self.fruitlet.outline
         fits = not {Flag.BAD_OUTLINE, Flag.OUTLIER} & set(self.fruitlet.flags)
         if ellipse is not None and (fits or self.fruitlet.mask.area_px == 0):
-            return [_zoomed(p, self.zoom) for p in _ellipse_points(ellipse)]
+            return [_zoomed((x, y), self.zoom) for x, y in ellipse.points_px(72).tolist()]
         return [_zoomed((x, y), self.zoom) for x, y in pixel_outline(self.fruitlet.mask)]
 
     @property
@@ -85,7 +84,7 @@ class _Overlay:
     """Draws the parts from back to front."""
 
     def __init__(self, left: ImageU8, reading: ClusterReading) -> None:
-        rgb = left if left.ndim == 3 else np.repeat(left[..., None], 3, axis=2)
+        rgb = as_rgb(left)
         self._zoom = max(1.0, _DESIGN_WIDTH_PX / rgb.shape[1])
         self._reading = reading
         self._canvas = Canvas(_enlarged(rgb, self._zoom))
@@ -99,6 +98,7 @@ class _Overlay:
         ]
 
     def draw(self, simulated: bool, footnote: str) -> ImageU8:
+        """(H, W, 3), no narrower than what it is designed for."""
         self._dim_surroundings()
         for look in self._looks:
             self._paint_mask(look)
@@ -166,8 +166,7 @@ class _Overlay:
         face, radius = self._face(17, bold=True), self._px(13)
         for place in self._reading.unsure_px:
             x, y = _zoomed(place, self._zoom)
-            turns = np.linspace(0, 2 * np.pi, 25)[:-1]
-            ring = [(x + radius * float(np.cos(t)), y + radius * float(np.sin(t))) for t in turns]
+            ring = circle((x, y), radius)
             self._canvas.polyline(ring, INK, self._px(4), alpha=0.4, closed=True)
             self._canvas.polyline(ring, PAPER, self._px(1.6), closed=True)
             self._chip(Rect(x - radius, y - radius, x + radius, y + radius), "?", face, PAPER, 0.0)
@@ -241,7 +240,7 @@ class _Overlay:
         range_mm = _target_range_mm(self._reading)
         if range_mm is None:
             return
-        length = self._reading.calibration.focal_px * _SCALE_BAR_MM / range_mm * self._zoom
+        length = self._reading.calibration.px_per_mm(range_mm) * _SCALE_BAR_MM * self._zoom
         text = f"10 mm at {range_mm:.0f} mm"
         face, pad = self._face(15), self._px(12)
         x0, y1 = self._px(16), self._canvas.bounds.y1 - self._footer_px - self._px(14)
@@ -310,15 +309,6 @@ def _colour(fruitlet: Fruitlet, reading: ClusterReading) -> Colour:
         {f.cluster for f in reading.fruitlets if not f.in_target and f.cluster is not None}
     )
     return NEIGHBOURS[neighbours.index(fruitlet.cluster) % len(NEIGHBOURS)]
-
-
-def _ellipse_points(ellipse: Ellipse) -> list[Point]:
-    turn = np.linspace(0, 2 * math.pi, 72, endpoint=False)
-    along, across = ellipse.major_px / 2 * np.cos(turn), ellipse.minor_px / 2 * np.sin(turn)
-    cosine, sine = math.cos(ellipse.angle_rad), math.sin(ellipse.angle_rad)
-    x = ellipse.center_px[0] + along * cosine - across * sine
-    y = ellipse.center_px[1] + along * sine + across * cosine
-    return list(zip(x.tolist(), y.tolist(), strict=True))
 
 
 def _dashes(outline: Sequence[Point], length_px: float) -> list[list[Point]]:

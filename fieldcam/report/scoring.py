@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fieldcam.values import ClusterReading, Fruitlet, Mask, Status
+from fieldcam.exchange.rounding import rounded
+from fieldcam.values import ClusterReading, Fruitlet, Status
 
 if TYPE_CHECKING:
     from fieldcam.simulator import TrueFruitlet, Truth
@@ -67,27 +68,14 @@ def summary(captures: Iterable[ScoredCapture]) -> dict[str, Any]:
     return {
         "captures": len(captures),
         "sizes": len(errors),
-        "mae_mm": _rounded(np.abs(errors).mean() if len(errors) else None),
-        "bias_mm": _rounded(errors.mean() if len(errors) else None),
-        "p95_mm": _rounded(np.quantile(np.abs(errors), 0.95) if len(errors) else None),
+        "mae_mm": rounded(np.abs(errors).mean() if len(errors) else None, 4),
+        "bias_mm": rounded(errors.mean() if len(errors) else None, 4),
+        "p95_mm": rounded(np.quantile(np.abs(errors), 0.95) if len(errors) else None, 4),
         "sized_share_well_visible": _share(_sized(visible), len(visible)),
         "sized_share_all": _share(_sized(own), len(own)),
         "foreign_share": _share(sum(c.foreign for c in captures), readings),
         "retakes": sum(c.reading.verdict.status is Status.RETAKE for c in captures),
     }
-
-
-def mask_iou(a: Mask, b: Mask) -> float:
-    """Shared over joint area of two masks of one image."""
-    one, two = a.region, b.region
-    x0, y0 = max(one.x0, two.x0), max(one.y0, two.y0)
-    x1, y1 = min(one.x1, two.x1), min(one.y1, two.y1)
-    if x1 <= x0 or y1 <= y0:
-        return 0.0
-    part_a = a.window[y0 - a.y0 : y1 - a.y0, x0 - a.x0 : x1 - a.x0]
-    part_b = b.window[y0 - b.y0 : y1 - b.y0, x0 - b.x0 : x1 - b.x0]
-    shared = int((part_a & part_b).sum())
-    return shared / (a.area_px + b.area_px - shared) if shared else 0.0
 
 
 def _partners(
@@ -96,7 +84,7 @@ def _partners(
     """Each reading's fruitlet: best overlaps first, no fruitlet twice."""
     overlaps = sorted(
         (
-            (mask_iou(f.mask, t.visible), i, j)
+            (f.mask.iou(t.visible), i, j)
             for i, f in enumerate(readings)
             for j, t in enumerate(truths)
         ),
@@ -115,7 +103,3 @@ def _sized(scored: Sequence[Scored]) -> int:
 
 def _share(part: int, whole: int) -> float | None:
     return round(part / whole, 4) if whole else None
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(float(value), 4)

@@ -13,6 +13,7 @@ from fieldcam.growth.evaluation.sizing import SizePair, compared, line_r2
 from fieldcam.report.page import Html
 from fieldcam.report.plotting import CALIPERS, CAMERA, QUIET, drawn, empty
 from fieldcam.values import Floats
+from fieldcam.words import signed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,10 +87,10 @@ def bland_altman(pairs: Sequence[SizePair]) -> Html:
                 (camera + calipers) / 2, camera - calipers, mark, ms=3.5, alpha=0.6, label=_day(day)
             )
         axes.axhline(found.bias_mm, color=QUIET, linewidth=1.2)
-        title = f"bias {_signed(found.bias_mm)}"
+        title = f"bias {signed(found.bias_mm)} mm"
         if found.limits_mm is not None:
             low, high = found.limits_mm
-            title += f", 95 % from {_signed(low)} to {_signed(high)}"
+            title += f", 95 % from {signed(low)} mm to {signed(high)} mm"
             for at in found.limits_mm:
                 axes.axhline(at, color=QUIET, linestyle="--", linewidth=1.2)
         middle, reach = np.mean(axes.get_ylim()), np.ptp(axes.get_ylim()) / 2
@@ -190,7 +191,7 @@ def _fit(axes: Axes, pairs: Sequence[SizePair]) -> None:
     fit = "" if r2 is None else f"\nR² {r2:.3f}"
     bias = float((camera - calipers).mean())
     axes.text(
-        0.04, 0.96, f"n {len(camera)}{fit}\nbias {_signed(bias)}", transform=axes.transAxes,
+        0.04, 0.96, f"n {len(camera)}{fit}\nbias {signed(bias)} mm", transform=axes.transAxes,
         va="top", fontsize=8,
     )  # fmt: skip
 
@@ -214,7 +215,3 @@ def _cycle(count: int) -> list[str]:
 
 def _day(day: date) -> str:
     return f"{day.day} {day:%b}"
-
-
-def _signed(mm: float) -> str:
-    return f"{mm:+.2f} mm".replace("-", "\N{MINUS SIGN}")

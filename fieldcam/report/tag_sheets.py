@@ -12,7 +12,8 @@ from enum import Enum
 from itertools import product
 
 from fieldcam.errors import BadInput
-from fieldcam.report.tag_cells import CELLS, dark_runs
+from fieldcam.report.black_runs import runs_of
+from fieldcam.vision.tags.pattern import CELLS, tag_cells
 
 MARGIN_MM = 10.0
 """No printer reaches the paper's edge."""
@@ -122,7 +123,7 @@ def _sheet(ids: range, layout: Layout) -> Sheet:
 
 def _tag(tag_id: int, x_mm: float, y_mm: float, cell_mm: float) -> Iterator[Rectangle]:
     """Upright, as the detector understands it."""
-    for row, start, length in dark_runs(tag_id):
+    for row, start, length in runs_of(tag_cells(tag_id)):
         yield Rectangle(
             x_mm + (QUIET_CELLS + start) * cell_mm,
             y_mm + (QUIET_CELLS + CELLS - 1 - row) * cell_mm,

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
-from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface
+from fieldcam.images.pixels import as_rgb
+from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface, point
 from fieldcam.values import Fruitlet, ImageU8
-from fieldcam.vision.outline import pixel_outline
+from fieldcam.vision.sizing.outline import pixel_outline
 
 SIDE_PX = 360
 """Of a thumbnail, which is square."""
@@ -28,20 +29,20 @@ def cluster_thumbnail(left: ImageU8, fruitlets: Mapping[str, Fruitlet]) -> bytes
     `fruitlets` are those to outline by what to call them; without any the whole height of
     the image's middle is shown.
     """
-    rgb = left if left.ndim == 3 else np.repeat(left[..., None], 3, axis=2)
+    rgb = as_rgb(left)
     outlines = {name: pixel_outline(f.mask) for name, f in fruitlets.items() if f.mask.area_px}
     corner, side = _square(rgb, np.concatenate([*outlines.values(), np.empty((0, 2))]))
     turned = np.array([[1, 0, -corner[0]], [0, 1, -corner[1]]]) * (SIDE_PX / side)
     canvas = Canvas(np.asarray(cv2.warpAffine(rgb, turned, (SIDE_PX, SIDE_PX)), np.uint8))
     shown = {
-        name: [_point(p) for p in (points - corner) * (SIDE_PX / side)]
+        name: [point(p) for p in (points - corner) * (SIDE_PX / side)]
         for name, points in outlines.items()
     }
     for points in shown.values():
         canvas.polyline(points, _INK, 4, alpha=0.35, closed=True)
         canvas.polyline(points, _LINE, 2, closed=True)
     for name, points in shown.items():
-        _write(canvas, _point(np.mean(points, axis=0)), name)
+        _write(canvas, point(np.mean(points, axis=0)), name)
     done, data = cv2.imencode(".jpg", canvas.image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     assert done  # only an unknown format fails
     return data.tobytes()
@@ -62,7 +63,3 @@ def _write(canvas: Canvas, at: Point, text: str) -> None:
     plate = Rect(at[0] - half, at[1] - up, at[0] + half, at[1] + up).grown(5)
     canvas.panel(plate, _INK, 0.7, 5)
     canvas.text((at[0] - half, at[1] + up), text, _FACE, _LINE)
-
-
-def _point(xy: np.ndarray) -> Point:
-    return float(xy[0]), float(xy[1])

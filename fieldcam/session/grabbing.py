@@ -81,12 +81,12 @@ def _light(image: ImageU8) -> EyeLight:
 
 def _out_of_order(pair: StereoPair) -> ReasonCode | None:
     """Where what both eyes see lies further right in the right one, or in one of them only."""
-    from fieldcam.vision.eye_matches import match_eyes
-    from fieldcam.vision.judging_eyes import eyes_out_of_order
-    from fieldcam.vision.quality import middle
-    from fieldcam.vision.stereo import gray
+    from fieldcam.images.grey import as_grey
+    from fieldcam.vision.judging.eye_matches import match_eyes
+    from fieldcam.vision.judging.eyes import eyes_out_of_order
+    from fieldcam.vision.judging.quality import middle
 
-    matches = match_eyes(gray(pair.left), gray(pair.right), middle(*pair.size_px))
+    matches = match_eyes(as_grey(pair.left), as_grey(pair.right), middle(*pair.size_px))
     finding = eyes_out_of_order(matches)
     return None if finding is None else finding[1].code
 

@@ -106,7 +106,7 @@ def look(block: Block, cluster_index: int, day: float, view: int, faults: Faults
 def both_eyes(aimed: Aim, cluster_index: int, day: float, view: int) -> Sight:
     """Look at what is before the camera through both eyes."""
     calibration, renderer = aimed.calibration, aimed.renderer
-    region = Region(0, 0, calibration.width_px, calibration.height_px)
+    region = Region.whole(*calibration.size_px)
     left, right = (renderer.view(x, region) for x in (0.0, calibration.baseline_mm))
     truth = _truth(renderer, left, right)
     return Sight(
@@ -166,7 +166,7 @@ def draw_shot(
 def expose(
     shot: Shot, left: EyeView, right: EyeView, calibration: Calibration
 ) -> tuple[ImageU8, ImageU8]:
-    """Both pictures of an exposure."""
+    """Both pictures (h, w, 3) of an exposure, each as large as its view."""
     sensors = (shot.sensor, shot.sensor.other_eye())
     pictures = []
     for sensor, view, shift in zip(sensors, (left, right), (0.0, shot.tilt_px), strict=True):
@@ -257,9 +257,7 @@ def _truth(renderer: Renderer, left: EyeView, right: EyeView) -> Truth:
         tag_rotation=(renderer.pose.rotation @ scene.tag_rotation).astype(np.float32),
         fruitlets=true_fruitlets(renderer, left),
         left_disparity_px=disparity(renderer, left),
-        right_disparity_px=disparity(renderer, right),
         left_matched=matched(renderer, left, right, 0.0, baseline),
-        right_matched=matched(renderer, right, left, baseline, 0.0),
     )
 
 

@@ -45,7 +45,7 @@ class Mesh:
     """Index into the scene's fruitlets, -1 for anything else."""
 
     def moved(self, rotation: F32, translation_mm: F32) -> Mesh:
-        """The same thing after x -> rotation @ x + translation."""
+        """The same thing after x -> rotation (3, 3) @ x + translation (3,)."""
         return replace(
             self,
             vertices_mm=(self.vertices_mm @ rotation.T + translation_mm).astype(np.float32),

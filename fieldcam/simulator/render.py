@@ -90,11 +90,6 @@ class Renderer:
         out[new] = self._color(eye_x_mm, rays[new], hits.of(new))
         return out
 
-    def geometry(self, eye_x_mm: float, region: Region) -> tuple[F32, npt.NDArray[np.int16]]:
-        """Depth in mm (infinite where nothing is hit) and fruitlet index of a window, unlit."""
-        hits = self._cast(eye_x_mm, _pixel_centres(region))[1]
-        return self._geometry(hits, region)
-
     def seen_from(self, points_mm: F32, eye_x_mm: float) -> npt.NDArray[np.bool_]:
         """Which points (N, 3) of the scene's surfaces an eye sees."""
         return ~self.caster.blocked(points_mm, np.array([eye_x_mm, 0, 0], np.float32))

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from fieldcam.images.pixels import mosaic
 from fieldcam.simulator.mesh import F32
-from fieldcam.values import ImageU8
+from fieldcam.values import ImageU8, PixelFormat
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,9 +119,5 @@ def _smudges(rng: np.random.Generator, shape: tuple[int, int], strength: float) 
 
 def _demosaiced(picture: ImageU8) -> ImageU8:
     """What a colour filter array and its interpolation leave of a picture."""
-    mosaic = np.empty(picture.shape[:2], np.uint8)
-    mosaic[0::2, 0::2] = picture[0::2, 0::2, 0]
-    mosaic[0::2, 1::2] = picture[0::2, 1::2, 1]
-    mosaic[1::2, 0::2] = picture[1::2, 0::2, 1]
-    mosaic[1::2, 1::2] = picture[1::2, 1::2, 2]
-    return np.asarray(cv2.cvtColor(mosaic, cv2.COLOR_BayerRGGB2RGB), np.uint8)
+    raw = mosaic(picture, PixelFormat.BAYER_RG8)
+    return np.asarray(cv2.cvtColor(raw, cv2.COLOR_BayerRGGB2RGB), np.uint8)

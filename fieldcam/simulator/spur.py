@@ -35,7 +35,7 @@ class Placed:
 
 
 def heading(rng: np.random.Generator) -> F32:
-    """A spur's direction: mostly towards the operator, any side up."""
+    """A spur's direction (3,): mostly towards the operator, any side up."""
     toward = np.array([rng.normal(0, 0.6), rng.normal(0.1, 0.6), -1.0])
     return _unit(toward)
 
@@ -134,7 +134,7 @@ def leaf_meshes(
 def blade(
     rng: np.random.Generator, style: Style, foot_mm: F32, direction: F32, scale: float = 1.0
 ) -> Mesh:
-    """One leaf blade that starts at a point and runs along a direction."""
+    """One leaf blade that starts at a point (3,) and runs along a direction (3,)."""
     length = rng.uniform(30, 75) * scale
     mesh = shapes.leaf(
         length,

@@ -74,6 +74,6 @@ def _mixed(rng: np.random.Generator, palette: Floats) -> F32:
 
 
 def varied(rng: np.random.Generator, color: F32, spread: float) -> F32:
-    """A colour near another, in brightness and in hue."""
+    """A colour (3,) near another, in brightness and in hue."""
     shift = rng.normal(0, spread, 3) * 0.5 + rng.normal(0, spread)
     return np.clip(color * np.exp(shift), 0.01, 0.95).astype(np.float32)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
 from fieldcam.simulator.mesh import F32, Part
 from fieldcam.simulator.style import Style
 from fieldcam.values import TAG_SIZE_MM
+from fieldcam.vision.tags.pattern import tag_cells
 
 _TILE = 64
 _LATTICE = np.random.default_rng(36).random((_TILE, _TILE, _TILE), dtype=np.float32) * 2 - 1
@@ -45,12 +45,8 @@ def grain(points: F32, period: float) -> F32:
 
 
 def tag_image(tag_id: int) -> F32:
-    """The tag's print at _CELL_PX pixels a bit, 1 white and 0 black."""
-    family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
-    # OpenCV draws this family upside down against AprilTag's own corner order.
-    bits = np.rot90(cv2.aruco.generateImageMarker(family, tag_id, 8), 2)
-    white = np.full((10, 10), 255, np.uint8)
-    white[1:9, 1:9] = bits
+    """The tag's print (H, H) at _CELL_PX pixels a bit, 1 white and 0 black."""
+    white = np.pad(tag_cells(tag_id), 1, constant_values=255)
     printed = np.kron(white, np.ones((_CELL_PX, _CELL_PX), np.uint8))
     return np.asarray(printed / 255, np.float32)
 

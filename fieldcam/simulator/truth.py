@@ -46,7 +46,7 @@ class TrueFruitlet:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Truth:
-    """Truth in the rectified left image, and disparity in both."""
+    """Truth in the rectified left image, and its disparity."""
 
     tag_id: int
     tag_center_mm: tuple[float, float, float]
@@ -54,10 +54,8 @@ class Truth:
     fruitlets: tuple[TrueFruitlet, ...]
     left_disparity_px: FloatMap
     """(H, W) NaN where nothing is hit."""
-    right_disparity_px: FloatMap
     left_matched: BoolMask
     """(H, W) the point is also seen in the right image."""
-    right_matched: BoolMask
 
     @property
     def target(self) -> tuple[TrueFruitlet, ...]:
@@ -68,7 +66,7 @@ def disparity(renderer: Renderer, view: EyeView) -> FloatMap:
     """Disparity (h, w) of one eye's view, NaN where nothing is hit."""
     c = renderer.calibration
     with np.errstate(divide="ignore"):
-        found = c.focal_px * c.baseline_mm / view.depth_mm
+        found = c.range_mm(view.depth_mm)
     return np.where(np.isfinite(view.depth_mm), found, np.nan).astype(np.float32)
 
 
@@ -118,26 +116,17 @@ def true_fruitlets(renderer: Renderer, view: EyeView) -> tuple[TrueFruitlet, ...
         whole = _filled(outline, view)
         if whole is None:
             continue
-        rows, columns = whole.region.slices
-        top, edge = view.region.y0, view.region.x0
-        place = (
-            slice(rows.start - top, rows.stop - top),
-            slice(columns.start - edge, columns.stop - edge),
-        )
-        window = view.fruitlet[place] == index
+        window = view.fruitlet[whole.region.slices_in(view.region)] == index
         visible = Mask(whole.x0, whole.y0, window)
         center = renderer.pose.apply(fruitlet.center_mm)
-        c = renderer.calibration
+        x, y = renderer.calibration.places_px(center)
         known.append(
             TrueFruitlet(
                 id=fruitlet.id,
                 in_target=fruitlet.in_target,
                 diameter_mm=fruitlet.diameter_mm,
                 center_mm=(float(center[0]), float(center[1]), float(center[2])),
-                center_px=(
-                    float(center[0] / center[2] * c.focal_px + c.cx_px),
-                    float(center[1] / center[2] * c.focal_px + c.cy_px),
-                ),
+                center_px=(float(x), float(y)),
                 box_px=_box(visible if visible.area_px else whole),
                 visible=visible,
                 whole=whole,
@@ -149,10 +138,8 @@ def true_fruitlets(renderer: Renderer, view: EyeView) -> tuple[TrueFruitlet, ...
 
 def _outline_px(renderer: Renderer, vertices_mm: F32) -> F32:
     """Silhouette of a convex thing in the left image, as a polygon (N, 2)."""
-    c = renderer.calibration
-    projected = vertices_mm[:, :2] / vertices_mm[:, 2:] * c.focal_px
-    projected = projected + np.array([c.cx_px, c.cy_px], np.float32)
-    return np.asarray(cv2.convexHull(projected.astype(np.float32)).reshape(-1, 2), np.float32)
+    projected = renderer.calibration.places_px(vertices_mm).astype(np.float32)
+    return np.asarray(cv2.convexHull(projected).reshape(-1, 2), np.float32)
 
 
 def _filled(outline: F32, view: EyeView) -> Mask | None:
@@ -173,8 +160,5 @@ def _filled(outline: F32, view: EyeView) -> Mask | None:
 
 
 def _box(mask: Mask) -> tuple[float, float, float, float]:
-    rows, columns = np.nonzero(mask.window)
-    return (
-        float(mask.x0 + columns.min()), float(mask.y0 + rows.min()),
-        float(mask.x0 + columns.max() + 1), float(mask.y0 + rows.max() + 1),
-    )  # fmt: skip
+    seen = mask.tight.region
+    return float(seen.x0), float(seen.y0), float(seen.x1), float(seen.y1)

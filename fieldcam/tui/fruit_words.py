@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fieldcam.growth.agreement import ENOUGH, Agreement
 from fieldcam.store.queries.calipers import MeasuredFruit, NamedFruitlet
 from fieldcam.store.rows.row import EntryId
-from fieldcam.words import number_of
+from fieldcam.words import number_of, span
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,5 +42,4 @@ def agreement_line(found: Agreement | None) -> str:
     told = f"Camera less caliper, {number_of(found.n, 'fruitlet')}: {found.bias_mm:+.2f} mm"
     if found.limits_mm is None:
         return f"{told}; measure {ENOUGH - found.n} more to judge by it"
-    low, high = found.limits_mm
-    return f"{told}, spread {found.sd_mm:.2f}, 95 % {low:+.2f} to {high:+.2f}"
+    return f"{told}, spread {found.sd_mm:.2f}, 95 % {span(found.limits_mm, '+.2f')}"

@@ -9,7 +9,7 @@ from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.resampling import Interval
 from fieldcam.tui.letters import BLOCK
-from fieldcam.words import number_of
+from fieldcam.words import number_of, span
 
 NO_BLOOM = "Count bloom clusters (E) to see fruit per tree."
 LONGEST_TREE = 6
@@ -102,11 +102,6 @@ def gauge(
         if at is not None:
             cells[column(at)] = glyph
     return "".join(cells)
-
-
-def span(interval: Interval) -> str:
-    """Such as 38 to 49."""
-    return f"{interval[0]:.0f} to {interval[1]:.0f}"
 
 
 def _of_trees(interval: Interval | None) -> str:

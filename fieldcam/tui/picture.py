@@ -9,6 +9,7 @@ import numpy as np
 
 from fieldcam.analysis.decoding import stored_image
 from fieldcam.errors import ImageUnreadable
+from fieldcam.images.pixels import BAYER_CELLS, as_rgb
 from fieldcam.session.state import Shown
 from fieldcam.values import ClusterReading, Ellipse, ImageU8, PixelFormat
 
@@ -22,13 +23,6 @@ CHOSEN: Colour = (90, 200, 255)
 MARGIN = 1.25
 """Of what is shown around the cluster, against its own extent."""
 LEAST_PX = 240.0
-_BAYER = {
-    PixelFormat.BAYER_RG8: ((0, 0), (0, 1), (1, 1)),
-    PixelFormat.BAYER_GR8: ((0, 1), (0, 0), (1, 0)),
-    PixelFormat.BAYER_GB8: ((1, 0), (0, 0), (0, 1)),
-    PixelFormat.BAYER_BG8: ((1, 1), (0, 1), (0, 0)),
-}
-"""Row and column of red, one green and blue in each 2x2 cell."""
 
 
 def still(
@@ -84,13 +78,12 @@ class Frame:
 
 def colours(image: ImageU8, pixel_format: PixelFormat) -> ImageU8:
     """(H, W, 3), a Bayer image at half its resolution."""
-    if image.ndim == 3:
-        return image
-    if pixel_format not in _BAYER:
-        return np.repeat(image[..., None], 3, axis=2)
+    if image.ndim == 3 or pixel_format not in BAYER_CELLS:
+        return as_rgb(image)
     rows, columns = image.shape[0] // 2 * 2, image.shape[1] // 2 * 2
     even = image[:rows, :columns]
-    return np.stack([even[r::2, c::2] for r, c in _BAYER[pixel_format]], axis=2)
+    red, green, _, blue = BAYER_CELLS[pixel_format]
+    return np.stack([even[r::2, c::2] for r, c in (red, green, blue)], axis=2)
 
 
 def frame_of(
@@ -153,11 +146,7 @@ def shrink(image: ImageU8, frame: Frame, size: tuple[int, int]) -> ImageU8:
 
 def draw(small: ImageU8, frame: Frame, ellipse: Ellipse, colour: Colour) -> None:
     """An outline, onto the small picture."""
-    turn = np.linspace(0, 2 * np.pi, 160)
-    along, across = np.cos(turn) * ellipse.major_px / 2, np.sin(turn) * ellipse.minor_px / 2
-    cos, sin = np.cos(ellipse.angle_rad), np.sin(ellipse.angle_rad)
-    x = ellipse.center_px[0] + along * cos - across * sin
-    y = ellipse.center_px[1] + along * sin + across * cos
+    x, y = ellipse.points_px(160).T
     columns = np.floor((x + 0.5 - frame.x0) / frame.px_per_cell).astype(int)
     rows = np.floor((y + 0.5 - frame.y0) / frame.px_per_cell).astype(int)
     inside = (rows >= 0) & (rows < small.shape[0]) & (columns >= 0) & (columns < small.shape[1])

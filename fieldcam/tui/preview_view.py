@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 from textual.strip import Strip
 from textual.widget import Widget
 
+from fieldcam.images.pixels import as_rgb
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.picture import frame_of, shrink
 from fieldcam.tui.picture_view import full_cells, half_blocks
@@ -40,7 +40,7 @@ class PreviewView(Widget):
         self._strips = []
         if self._picture is not None and width and height:
             picture = self._picture
-            colours = picture if picture.ndim == 3 else np.repeat(picture[..., None], 3, axis=2)
+            colours = as_rgb(picture)
             size = (width, height * self._halves)
             frame = frame_of(None, (picture.shape[1], picture.shape[0]), size)
             small = shrink(colours, frame, size)

@@ -66,9 +66,9 @@ def fruitlet_cloud(
 ) -> FruitletCloud:
     """Points of one fruitlet's visible surface in the camera frame."""
     parameters = parameters or CloudParameters()
-    tight = tightened(mask)
-    region = _grown(tight.region, NEIGHBOURS_PX)
-    smooth = bilateral(cut(window, region), parameters)
+    tight = mask.tight
+    region = tight.region.grown(NEIGHBOURS_PX)
+    smooth = bilateral(window.over(region), parameters)
     smooth[depth_edges(smooth, parameters.jump_ratio)] = np.nan
     inner = smooth[NEIGHBOURS_PX:-NEIGHBOURS_PX, NEIGHBOURS_PX:-NEIGHBOURS_PX]
     inside = np.where(tight.window, inner, np.nan)
@@ -80,16 +80,6 @@ def fruitlet_cloud(
     known[pixels[0][kept] + tight.y0 - mask.y0, pixels[1][kept] + tight.x0 - mask.x0] = True
     x, y, z = (float(v) for v in np.median(points[kept], axis=0))
     return FruitletCloud(thinned(points[kept], parameters.grid_mm), (x, y, z), known)
-
-
-def tightened(mask: Mask) -> Mask:
-    """The same mask in the smallest window that holds its pixels."""
-    rows = np.flatnonzero(mask.window.any(axis=1))
-    columns = np.flatnonzero(mask.window.any(axis=0))
-    if rows.size == 0:
-        return mask
-    y0, y1, x0, x1 = int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
-    return Mask(mask.x0 + x0, mask.y0 + y0, mask.window[y0:y1, x0:x1])
 
 
 def bilateral(disparity: FloatMap, parameters: CloudParameters) -> FloatMap:
@@ -130,10 +120,9 @@ def back_project(
 ) -> tuple[Points, tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]]:
     """Points (N, 3) in mm of the known pixels of a region, and their rows and columns."""
     rows, columns = np.nonzero(disparity > 0)
-    z = calibration.focal_px * calibration.baseline_mm / disparity[rows, columns]
-    x = (columns + region.x0 - calibration.cx_px) * z / calibration.focal_px
-    y = (rows + region.y0 - calibration.cy_px) * z / calibration.focal_px
-    return np.stack([x, y, z], axis=1).astype(np.float32), (rows, columns)
+    places = np.stack([columns + region.x0, rows + region.y0], axis=1).astype(np.float64)
+    range_mm = calibration.range_mm(disparity[rows, columns])
+    return calibration.points_mm(places, range_mm).astype(np.float32), (rows, columns)
 
 
 def keep_consistent(points: Points, parameters: CloudParameters) -> BoolMask | None:
@@ -164,22 +153,3 @@ def thinned(points: Points, grid_mm: float) -> Points:
     _, cell, count = np.unique(keys, return_inverse=True, return_counts=True)
     sums = [np.bincount(cell, weights=points[:, axis]) for axis in range(3)]
     return (np.stack(sums, axis=1) / count[:, None]).astype(np.float32)
-
-
-def _grown(region: Region, margin: int) -> Region:
-    return Region(region.x0 - margin, region.y0 - margin, region.x1 + margin, region.y1 + margin)
-
-
-def cut(window: DisparityWindow, wanted: Region) -> FloatMap:
-    """Disparity over any rectangle of the image; NaN where it was not searched."""
-    found = np.full((wanted.height, wanted.width), np.nan, dtype=np.float32)
-    x0, x1 = max(wanted.x0, window.region.x0), min(wanted.x1, window.region.x1)
-    y0, y1 = max(wanted.y0, window.region.y0), min(wanted.y1, window.region.y1)
-    if x1 > x0 and y1 > y0:
-        found[y0 - wanted.y0 : y1 - wanted.y0, x0 - wanted.x0 : x1 - wanted.x0] = (
-            window.disparity_px[
-                y0 - window.region.y0 : y1 - window.region.y0,
-                x0 - window.region.x0 : x1 - window.region.x0,
-            ]
-        )
-    return found

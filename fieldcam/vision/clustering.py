@@ -68,6 +68,8 @@ def target_cluster(
 ) -> int | None:
     """Index of the tagged community: the one nearest the tag, if any is within the cap.
 
+    Members are indices of `centroids_mm`, (N, 3); the tag is at (3,).
+
     "Nearest" is the mean of the distance to the community's centroid and the
     distance to its nearest fruitlet: the centroid alone favours small
     communities, the nearest fruitlet alone a neighbour's straggler.
@@ -96,7 +98,8 @@ def rejoined(
 ) -> tuple[Community, ...]:
     """Communities of any size joined, nearest first, while their union fits one bud.
 
-    Members of one bud lie nearer than `merge_mm` to their common centroid.
+    Members, indices of `centroids_mm` (N, 3), of one bud lie nearer than `merge_mm` to their
+    common centroid.
 
     Louvain splits large clusters of large fruitlets into halves of three or
     more, which the paper's merging of pairs does not mend. On 170 simulated

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from fieldcam.values import Calibration, Flag, Fruitlet, Instance, ReasonCode, Verdict
 from fieldcam.vision.clouds import FruitletCloud
 from fieldcam.vision.clustering import Community
-from fieldcam.vision.sizing import Size
+from fieldcam.vision.sizing.diameters import Size
 
 UNRELATED_EYES = {ReasonCode.SWAPPED_EYES, ReasonCode.MISPAIRED}
 """Reasons for which a disparity means nothing."""
@@ -26,7 +24,7 @@ def make_fruitlet(
     target: Community,
 ) -> Fruitlet:
     """The fruitlet behind an instance; `groups` and `target` hold instances' indices."""
-    center = size.outline.center_px if size.outline else _mask_center(instance)
+    center = size.outline.center_px if size.outline else instance.visible.center_px
     cluster = next((k for k, group in enumerate(groups) if index in group), None)
     return Fruitlet(
         id=index,
@@ -60,9 +58,3 @@ def _as_one_eye_sees(fruitlet: Fruitlet) -> Fruitlet:
         fruitlet, in_target=False, diameter_mm=None, sd_mm=None, disparity_px=None, range_mm=None,
         flags=(Flag.NO_DEPTH,), cluster=None, centroid_mm=None, cloud_mm=fruitlet.cloud_mm[:0],
     )  # fmt: skip
-
-
-def _mask_center(instance: Instance) -> tuple[float, float]:
-    rows, columns = np.nonzero(instance.visible.window)
-    mask = instance.visible
-    return float(columns.mean() + mask.x0), float(rows.mean() + mask.y0)

@@ -24,6 +24,7 @@ from onnxruntime.capi.onnxruntime_pybind11_state import (
 )
 
 from fieldcam.errors import ModelMissing
+from fieldcam.images.pixels import as_rgb
 
 THREADS = 2
 """A laptop's cores; more threads than cores make every run slower."""
@@ -46,7 +47,9 @@ class Signature:
 class Network(Protocol):
     """Something that turns named arrays into named arrays."""
 
-    def run(self, inputs: Arrays) -> dict[str, npt.NDArray[Any]]: ...
+    def run(self, inputs: Arrays) -> dict[str, npt.NDArray[Any]]:
+        """Arrays by name; their shapes are the graph's."""
+        ...
 
     def warm_up(self) -> None: ...
 
@@ -128,5 +131,5 @@ def _options(threads: int) -> onnxruntime.SessionOptions:
 
 def network_image(image: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
     """Channels first: (H, W, 3) or (H, W) uint8 to (3, H, W) float32, 0 to 255."""
-    rgb = np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
+    rgb = as_rgb(image)
     return np.ascontiguousarray(rgb.transpose(2, 0, 1), dtype=np.float32)

@@ -34,28 +34,33 @@ from fieldcam.vision.clustering import (
     target_cluster,
     with_singles,
 )
-from fieldcam.vision.covers import covers
-from fieldcam.vision.evidence import Evidence
 from fieldcam.vision.fruitlets import as_trusted, make_fruitlet
-from fieldcam.vision.judging import judge
-from fieldcam.vision.judging_doubt import unsure_places
-from fieldcam.vision.other_families import other_family
-from fieldcam.vision.quality import measure_quality
-from fieldcam.vision.raft import RaftMatcher
-from fieldcam.vision.regions import around_tag, whole
-from fieldcam.vision.right_eye import TagReader, find_in_right
+from fieldcam.vision.judging.doubt import unsure_places
+from fieldcam.vision.judging.evidence import Evidence
+from fieldcam.vision.judging.quality import measure_quality
+from fieldcam.vision.judging.verdicts import judge
+from fieldcam.vision.regions import around_tag
 from fieldcam.vision.segmentation import Segmentation, Segmenter, is_cut
-from fieldcam.vision.sgbm import SgbmMatcher
-from fieldcam.vision.sizing import Observation, Size, size_by_paper, size_fruitlet
-from fieldcam.vision.sizing_settings import SizingParameters, Uncertainty
-from fieldcam.vision.stereo import (
+from fieldcam.vision.sizing.covers import covers
+from fieldcam.vision.sizing.diameters import (
+    Observation,
+    Size,
+    size_by_paper,
+    size_fruitlet,
+)
+from fieldcam.vision.sizing.parameters import SizingParameters, Uncertainty
+from fieldcam.vision.stereo.matching import (
     StereoMatcher,
     default_max_disparity,
     match_coarse,
     match_region,
     match_whole,
 )
-from fieldcam.vision.tags import choose_tag, detect_tags
+from fieldcam.vision.stereo.raft import RaftMatcher
+from fieldcam.vision.stereo.sgbm import SgbmMatcher
+from fieldcam.vision.tags.detection import choose_tag, detect_tags
+from fieldcam.vision.tags.other_families import other_family
+from fieldcam.vision.tags.right_eye import TagReader, find_in_right
 
 if TYPE_CHECKING:
     from fieldcam.models import Models
@@ -154,7 +159,8 @@ class Pipeline:
                 calibration, region, quality, settings.tag_size_mm, pair.torn,
                 "" if tags else other_family(pair.left),
             )  # fmt: skip
-            verdict = judge(evidence)
+            unsure_px = unsure_places(evidence)
+            verdict = judge(evidence, unsure_px)
         return ClusterReading(
             tag=tag,
             tags_seen=tuple(t.id for t in tags),
@@ -162,7 +168,7 @@ class Pipeline:
             verdict=verdict,
             window=window,
             faint_px=segmented.faint_px,
-            unsure_px=unsure_places(evidence),
+            unsure_px=unsure_px,
             tag_size_error=evidence.tag_size_error,
             calibration=calibration,
             settings=settings,
@@ -263,5 +269,5 @@ def _region(
     pair: StereoPair, tag: TagPose | None, calibration: Calibration, settings: Settings
 ) -> Region:
     if tag is None or settings.whole_image or settings.method is Method.PAPER:
-        return whole(*pair.size_px)
+        return Region.whole(*pair.size_px)
     return around_tag(tag, calibration, *pair.size_px)

@@ -12,11 +12,6 @@ MULTIPLE_PX = 32
 MIN_SIDE_PX = 256
 
 
-def whole(width_px: int, height_px: int) -> Region:
-    """The whole image."""
-    return Region(0, 0, width_px, height_px)
-
-
 def around_tag(tag: TagPose, calibration: Calibration, width_px: int, height_px: int) -> Region:
     """A square of 180 mm at the tag's range around the tag, clipped to the image.
 
@@ -24,10 +19,9 @@ def around_tag(tag: TagPose, calibration: Calibration, width_px: int, height_px:
     """
     range_mm = tag.range_mm
     if range_mm is None:
-        return whole(width_px, height_px)
-    side = REGION_MM * calibration.focal_px / range_mm
+        return Region.whole(width_px, height_px)
+    side = REGION_MM * calibration.px_per_mm(range_mm)
     half = max(math.ceil(side / MULTIPLE_PX) * MULTIPLE_PX, MIN_SIDE_PX) // 2
     x, y = round(tag.center_px[0]), round(tag.center_px[1])
-    return Region(
-        max(x - half, 0), max(y - half, 0), min(x + half, width_px), min(y + half, height_px)
-    )
+    square = Region(x - half, y - half, x + half, y + half)
+    return square.overlap(Region.whole(width_px, height_px))

@@ -47,7 +47,7 @@ class Segmentation(Protocol):
     """What finds fruitlets in an image."""
 
     def segment(self, image: ImageU8, region: Region | None = None) -> Segmented:
-        """Fruitlets of an image, or of a region of it."""
+        """Fruitlets of an image (H, W, 3) or (H, W), or of a region of it."""
         ...
 
 
@@ -69,9 +69,9 @@ class Segmenter:
         self._model.warm_up()
 
     def segment(self, image: ImageU8, region: Region | None = None) -> Segmented:
-        """Fruitlets of an image, or of a region of it."""
+        """Fruitlets of an image (H, W, 3) or (H, W), or of a region of it."""
         height, width = image.shape[:2]
-        region = region or Region(0, 0, width, height)
+        region = region or Region.whole(width, height)
         crop = image[region.slices]
         if self._scale != 1.0:
             size = (round(region.width * self._scale), round(region.height * self._scale))
@@ -134,13 +134,9 @@ def _within(x: float, y: float, found: Sequence[Instance]) -> bool:
 
 def _instance(raw: RawInstances, index: int, region: Region) -> Instance | None:
     box = tuple(float(v) for v in raw.mask_boxes_px[index])
-    window = Region(
-        max(math.floor(box[0]), region.x0),
-        max(math.floor(box[1]), region.y0),
-        min(math.ceil(box[2]), region.x1),
-        min(math.ceil(box[3]), region.y1),
-    )
-    if window.width < 2 or window.height < 2:
+    (left, top), (right, bottom) = map(math.floor, box[:2]), map(math.ceil, box[2:])
+    window = Region(left, top, right, bottom).overlap(region)
+    if min(window.width, window.height) < 2:
         return None
     logits = [resample(cells, box, window) for cells in raw.mask_logits[index]]
     x0, y0, x1, y1 = (float(v) for v in raw.boxes_px[index])
@@ -190,10 +186,9 @@ def disjoint(found: Sequence[Instance]) -> list[Instance]:
     for i, first in enumerate(found):
         for j in range(i):
             second = found[j]
-            shared = _overlap(first.visible.region, second.visible.region)
-            if shared is None:
-                continue
-            at_first, at_second = _inside(shared, first), _inside(shared, second)
+            shared = first.visible.region.overlap(second.visible.region)
+            at_first = shared.slices_in(first.visible.region)
+            at_second = shared.slices_in(second.visible.region)
             margin = first.visible_logits[at_first] - second.visible_logits[at_second]
             lead[i][at_first] = np.minimum(lead[i][at_first], margin)
             lead[j][at_second] = np.minimum(lead[j][at_second], -margin)
@@ -202,55 +197,18 @@ def disjoint(found: Sequence[Instance]) -> list[Instance]:
 
 def is_cut(instance: Instance, region: Region) -> bool:
     """Whether the visible mask runs into the border of the region that was searched."""
-    mask = instance.visible
-    rows, columns = np.nonzero(mask.window)
-    if rows.size == 0:
-        return False
-    return bool(
-        mask.x0 + columns.min() <= region.x0
-        or mask.y0 + rows.min() <= region.y0
-        or mask.x0 + columns.max() >= region.x1 - 1
-        or mask.y0 + rows.max() >= region.y1 - 1
-    )
+    seen = instance.visible.tight
+    return seen.area_px > 0 and seen.region.overlap(region.grown(-1)) != seen.region
 
 
 def _without_doubles(found: Sequence[Instance]) -> list[Instance]:
     kept: list[Instance] = []
     for candidate in found:
         area = max(candidate.visible.area_px, 1)
-        if all(_shared_area(candidate, other) <= MAX_COVERED * area for other in kept):
+        covered = (candidate.visible.shared_px(other.visible) for other in kept)
+        if all(shared_px <= MAX_COVERED * area for shared_px in covered):
             kept.append(candidate)
     return kept
-
-
-def _shared_area(first: Instance, second: Instance) -> int:
-    shared = _overlap(first.visible.region, second.visible.region)
-    if shared is None:
-        return 0
-    both = (
-        first.visible.window[_inside(shared, first)]
-        & second.visible.window[_inside(shared, second)]
-    )
-    return int(both.sum())
-
-
-def _overlap(first: Region, second: Region) -> Region | None:
-    shared = Region(
-        max(first.x0, second.x0),
-        max(first.y0, second.y0),
-        min(first.x1, second.x1),
-        min(first.y1, second.y1),
-    )
-    return shared if shared.width > 0 and shared.height > 0 else None
-
-
-def _inside(shared: Region, instance: Instance) -> tuple[slice, slice]:
-    """Slices of an instance's window that show a region of the image."""
-    mask = instance.visible
-    return (
-        slice(shared.y0 - mask.y0, shared.y1 - mask.y0),
-        slice(shared.x0 - mask.x0, shared.x1 - mask.x0),
-    )
 
 
 def _with_logits(instance: Instance, logits: FloatMap) -> Instance:

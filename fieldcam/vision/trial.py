@@ -10,8 +10,9 @@ import numpy.typing as npt
 from fieldcam.errors import ModelMissing
 from fieldcam.models import ModelFile, Role, StereoModel
 from fieldcam.values import ImageU8, StereoPair
-from fieldcam.vision import raft, segmentation
+from fieldcam.vision import segmentation
 from fieldcam.vision.onnx_session import OnnxModel, network_image
+from fieldcam.vision.stereo import raft
 
 ANY = None
 """A length that the network chooses."""

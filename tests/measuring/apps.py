@@ -17,6 +17,7 @@ from torture.rowed_walk import open_row
 from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.supervisor import CHILD, Supervisor
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit, plan_block
+from fieldcam.images.pixels import mosaic
 from fieldcam.session.events import (
     AnalysisTrouble,
     Changed,
@@ -29,7 +30,7 @@ from fieldcam.session.live import LiveWalk
 from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store
 from fieldcam.tui.wiring import run
-from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair
+from fieldcam.values import Calibration, PixelFormat, RawPair
 
 RENDER_S = 300.0
 PATIENCE_S = 120.0
@@ -54,17 +55,9 @@ def render(pictures: int) -> Scenery:
 
 def _as_a_camera_gives(rendered: RawPair) -> RawPair:
     """Behind a colour filter; not marked, since its folder is thrown away."""
-    left, right = _mosaic(rendered.left), _mosaic(rendered.right)
     bayer = PixelFormat.BAYER_RG8
+    left, right = mosaic(rendered.left, bayer), mosaic(rendered.right, bayer)
     return replace(rendered, left=left, right=right, pixel_format=bayer, simulated=False)
-
-
-def _mosaic(rgb: ImageU8) -> ImageU8:
-    """Red at the first pixel, blue diagonally beside it, green at the others."""
-    mosaic = rgb[..., 1].copy()
-    mosaic[0::2, 0::2] = rgb[0::2, 0::2, 0]
-    mosaic[1::2, 1::2] = rgb[1::2, 1::2, 2]
-    return mosaic
 
 
 class SceneryCamera(ToldCamera):

@@ -6,7 +6,7 @@ they leave a choice, the standard's reference implementation decides, but for th
 precedence of operators (see `formula`).
 """
 
-from fieldcam.camera.genapi.access import Access, Representation, Visibility
+from fieldcam.camera.genapi.access import Access, Visibility
 from fieldcam.camera.genapi.feature import Feature
 from fieldcam.camera.genapi.feature_file import Document, load_feature_file, plain_xml
 from fieldcam.camera.genapi.features import (
@@ -39,7 +39,6 @@ __all__ = [
     "NodeMap",
     "RegisterFeature",
     "Registers",
-    "Representation",
     "StringFeature",
     "Visibility",
     "declared_entries",

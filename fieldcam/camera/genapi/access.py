@@ -54,15 +54,3 @@ class Visibility(StrEnum):
     EXPERT = "Expert"
     GURU = "Guru"
     INVISIBLE = "Invisible"
-
-
-class Representation(StrEnum):
-    """How a number is best shown."""
-
-    LINEAR = "Linear"
-    LOGARITHMIC = "Logarithmic"
-    BOOLEAN = "Boolean"
-    PURE_NUMBER = "PureNumber"
-    HEX_NUMBER = "HexNumber"
-    IPV4_ADDRESS = "IPV4Address"
-    MAC_ADDRESS = "MACAddress"

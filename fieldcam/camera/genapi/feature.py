@@ -80,11 +80,6 @@ class Feature:
         return one_of(Visibility, self._element.words("Visibility"), Visibility.BEGINNER)
 
     @property
-    def streamable(self) -> bool:
-        """Whether its value belongs to the settings that are saved and restored."""
-        return self._element.words("Streamable") == "Yes"
-
-    @property
     def selected(self) -> tuple[str, ...]:
         """Names of the features that this one selects an instance of."""
         return tuple(child.text for child in self._element.all("pSelected"))

@@ -19,7 +19,7 @@ from fieldcam.camera.genapi.features import (
     StringFeature,
 )
 from fieldcam.camera.genapi.number_features import FloatFeature, IntegerFeature
-from fieldcam.camera.genapi.registers import ChunkRegisters, RegisterCache, Registers
+from fieldcam.camera.genapi.registers import RegisterCache, Registers
 from fieldcam.camera.genapi.visits import Visits
 from fieldcam.errors import FeatureFileInvalid, FeatureMissing
 
@@ -56,7 +56,6 @@ class NodeMap:
         self.document = document
         self.cache = RegisterCache()
         self._registers = registers
-        self._chunks: dict[str, Registers] = {}
         self._nodes: dict[str, Feature] = {}
         self._inner: dict[int, Numeric] = {}
         self._dependents = Dependents(document.nodes)
@@ -139,17 +138,6 @@ class NodeMap:
             raise self._other_kind(name, "category")
         return feature
 
-    def load_chunks(self, chunks: Mapping[int, bytes]) -> None:
-        """Let the features of chunks be read from what came with one image, by chunk id.
-
-        Those of other chunks are not available until an image brings them.
-        """
-        self._chunks = {}
-        for port, chunk_id in self._chunk_ports.items():
-            self.cache.forget_port(port)
-            if chunk_id in chunks:
-                self._chunks[port] = ChunkRegisters(chunks[chunk_id])
-
     def node(self, name: str, wanted_by: str) -> Feature:
         if name not in self:
             raise FeatureFileInvalid(
@@ -174,9 +162,7 @@ class NodeMap:
         return self._inner[id(element)]
 
     def registers(self, port: str) -> Registers | None:
-        if port in self._foreign_ports:
-            return self._chunks.get(port)
-        return self._registers
+        return None if port in self._foreign_ports else self._registers
 
     def changed(self, name: str) -> None:
         self.visits.forget()
@@ -196,28 +182,10 @@ class NodeMap:
         return FeatureMissing(f"The camera's feature {name} is no {wanted}, but {tag}.")
 
     @cached_property
-    def _foreign_ports(self) -> Mapping[str, Element]:
+    def _foreign_ports(self) -> frozenset[str]:
         """Ports that are not the camera's own registers: chunks and events."""
-        return {
-            name: element
+        return frozenset(
+            name
             for name, element in self.document.nodes.items()
             if element.tag == "Port" and element.first("ChunkID", "pChunkID", "EventID")
-        }
-
-    @cached_property
-    def _chunk_ports(self) -> Mapping[str, int]:
-        """Ports of chunks with their ids, which the file writes in hexadecimal."""
-        return {
-            name: _hexadecimal(child)
-            for name, element in self._foreign_ports.items()
-            if (child := element.first("ChunkID")) is not None
-        }
-
-
-def _hexadecimal(element: Element) -> int:
-    try:
-        return int(element.text[:20], 16)
-    except ValueError as error:
-        raise FeatureFileInvalid(
-            f"The camera's feature file has {element.text[:20]!r} under {element.tag}."
-        ) from error
+        )

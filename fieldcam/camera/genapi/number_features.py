@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 
-from fieldcam.camera.genapi.access import Representation
 from fieldcam.camera.genapi.arithmetic import Number, nearest_int
-from fieldcam.camera.genapi.elements import Element
-from fieldcam.camera.genapi.feature import Numeric, listed, one_of
+from fieldcam.camera.genapi.feature import Numeric, listed
 from fieldcam.camera.genapi.visits import SETTING
 
 
@@ -48,10 +46,6 @@ class IntegerFeature(Numeric):
     @property
     def unit(self) -> str:
         return self._element.words("Unit")
-
-    @property
-    def representation(self) -> Representation:
-        return _representation(self._element)
 
     def number(self) -> int:
         return self.value
@@ -133,10 +127,6 @@ class FloatFeature(Numeric):
     def unit(self) -> str:
         return self._element.words("Unit")
 
-    @property
-    def representation(self) -> Representation:
-        return _representation(self._element)
-
     def number(self) -> float:
         return self.value
 
@@ -173,10 +163,6 @@ class FloatFeature(Numeric):
         lowest, highest = self.min, self.max
         if not lowest <= value <= highest:
             raise self._refuse(value, f"{lowest:g} to {highest:g}{_spaced(self.unit)}")
-
-
-def _representation(element: Element) -> Representation:
-    return one_of(Representation, element.words("Representation"), Representation.PURE_NUMBER)
 
 
 def _spaced(unit: str) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
-from fieldcam.errors import CameraUnplugged, FeatureRefused
+from fieldcam.errors import CameraUnplugged
 
 
 class Registers(Protocol):
@@ -40,25 +40,6 @@ class NoCamera:
 
     def write(self, address: int, data: bytes) -> None:
         raise NotConnected
-
-
-@dataclass(frozen=True, slots=True)
-class ChunkRegisters:
-    """One chunk of a received image, as an address space that begins at 0."""
-
-    data: bytes
-
-    def read(self, address: int, length: int) -> bytes:
-        found = self.data[address : address + length]
-        if len(found) != length:
-            raise FeatureRefused(
-                f"The image's chunk has {len(self.data)} bytes, and {length} are asked for "
-                f"from {address} on."
-            )
-        return found
-
-    def write(self, address: int, data: bytes) -> None:
-        raise FeatureRefused("What came with an image cannot be written.")
 
 
 class Caching(StrEnum):
@@ -137,8 +118,3 @@ class RegisterCache:
         """Drop everything."""
         self._entries.clear()
         self._read_by.clear()
-
-    def forget_port(self, port: str) -> None:
-        """Drop what was read through this port."""
-        for place in [place for place in self._entries if place.port == port]:
-            del self._entries[place]

@@ -11,7 +11,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from enum import Enum, auto
-from types import TracebackType
 from typing import Self
 
 from fieldcam.camera.head.adjusting import Adjustment, adjust
@@ -149,12 +148,7 @@ class UsbStereoHead:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _awake(self) -> OpenHead:

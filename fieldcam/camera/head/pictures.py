@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fieldcam.images.pixels import BAYER_CELLS
 from fieldcam.values import ImageU8, PixelFormat
 
 PREVIEW_WIDTH_PX = 720
@@ -17,14 +18,6 @@ GREY = 90.0
 LONGEST_PREVIEW_US, SHORTEST_PREVIEW_US = 50_000.0, 20.0
 _MOST_STEP = 8.0
 _STRIDE = 8
-
-_BAYER = {
-    PixelFormat.BAYER_RG8: ((0, 0), (0, 1), (1, 0), (1, 1)),
-    PixelFormat.BAYER_GR8: ((0, 1), (0, 0), (1, 1), (1, 0)),
-    PixelFormat.BAYER_GB8: ((1, 0), (0, 0), (1, 1), (0, 1)),
-    PixelFormat.BAYER_BG8: ((1, 1), (0, 1), (1, 0), (0, 0)),
-}
-"""Row and column of red, both greens and blue in each 2 x 2 cell."""
 
 
 def brightness(image: ImageU8) -> float:
@@ -57,7 +50,7 @@ def shrunk(image: ImageU8, pixel_format: PixelFormat) -> tuple[ImageU8, int]:
     """A small picture, (h, w) grey or (h, w, 3) RGB, and how many pixels make one of its own."""
     # A mosaic keeps its colours only where whole cells are skipped.
     step = 2 * max(1, -(-image.shape[1] // (2 * PREVIEW_WIDTH_PX)))
-    places = _BAYER.get(pixel_format)
+    places = BAYER_CELLS.get(pixel_format)
     if places is None:
         return np.ascontiguousarray(image[::step, ::step]), step
     height, width = (length - length % step for length in image.shape)

@@ -1,7 +1,7 @@
 """Cameras that speak USB3 Vision, in layers of which each knows only those below.
 
     devices    what is attached; a camera opened as a whole
-    stream     frames             (transfer_plan, assembly, blocks, frames, chunks), events
+    stream     frames             (transfer_plan, assembly, blocks, frames), events
     bootstrap  fixed registers    (manifest, description)
     channel    registers          (gencp)
     transport  bulk transfers     (pyusb_transport, descriptors, holders, usb_faults)

@@ -54,8 +54,6 @@ class StreamCounts:
     spoiled: int = 0
     lost: int = 0
     """Blocks that never came, by the gaps between block ids."""
-    dropped_transfers: int = 0
-    """Those that belonged to no frame."""
 
 
 @dataclass(slots=True)
@@ -123,7 +121,6 @@ class FrameAssembler:
         if leader is not None:
             self._begin(leader, now_ns)
             return
-        self.counts.dropped_transfers += 1
         self._state = State.LEADER if ended else State.LOST
 
     def _is_header(self, count: int) -> bool:
@@ -175,7 +172,6 @@ class FrameAssembler:
             # A camera may end data that fill their last packet by an empty one.
             block.has_empty_end = True
             return None
-        self.counts.dropped_transfers += 1
         return self.abandon("has no trailer")
 
     def _cut_off(self, leader: Leader, now_ns: int) -> SpoiledFrame | None:

@@ -64,9 +64,6 @@ class EventChannel:
         """Which events are sent is set through the camera's features."""
         write_u32(self._registers, self._address, 1)
 
-    def disable(self) -> None:
-        write_u32(self._registers, self._address, 0)
-
     def receive(self, timeout_s: float) -> Event | None:
         """The next event; None where none came in time, and for bytes that are none."""
         try:

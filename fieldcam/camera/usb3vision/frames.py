@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fieldcam.camera.usb3vision.blocks import ImageInfo, PayloadType
-from fieldcam.camera.usb3vision.chunks import parse_chunks
+from fieldcam.camera.usb3vision.blocks import ImageInfo
 from fieldcam.camera.usb3vision.transport import Bytes
 
 
@@ -28,12 +27,6 @@ class Frame:
     lost_before: int
     """Blocks that the camera sent between the one before and this one, and nobody got."""
 
-    def chunks(self) -> dict[int, Bytes]:
-        """The records behind the image by id; raises FrameIncomplete where they are damaged."""
-        if self.payload_type not in (PayloadType.CHUNKS, PayloadType.IMAGE_WITH_CHUNKS):
-            return {}
-        return parse_chunks(self.payload, 0 if self.image is None else self.image.size_bytes)
-
 
 class FramePool:
     """Memory for frames, used again once nothing refers to the old frame any more.
@@ -48,7 +41,7 @@ class FramePool:
         self._free = deque(bytearray(b"\1") * capacity for _ in range(count))
 
     def take(self) -> Bytes:
-        """An array of the pool's capacity; never waits: it makes new memory if it must."""
+        """An array (capacity,) of bytes; never waits: it makes new memory if it must."""
         block = self._free.popleft() if self._free else bytearray(self._capacity)
         # All views of an array refer to the first one over its memory, so that one
         # lives as long as any of them.

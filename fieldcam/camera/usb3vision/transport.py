@@ -73,7 +73,7 @@ class BulkIn(Protocol):
     """An endpoint that gives bytes; one thread at a time reads it."""
 
     def read(self, into: Bytes, timeout_s: float) -> int:
-        """Fill `into` from one transfer and give how many bytes came.
+        """Fill `into` (N,) from one transfer and give how many bytes came.
 
         Fewer than asked for where the camera ended the transfer early, and where the
         time ran out after the first byte; TransferTimeout where nothing came at all.

@@ -57,15 +57,27 @@ def diameter_of(text: str, place: str) -> float:
 
 
 def whole_of(text: str, place: str, what: str) -> int:
-    """A number such as a tag's; spreadsheets write 17.0 for 17 at times."""
-    digits = text.removesuffix(".0")
-    if not (digits.isascii() and digits.isdigit() and len(digits) < 10):
+    """A number such as a tag's."""
+    number = whole_number(text)
+    if number is None:
         said = f"{text!r} is no {what} number" if text else f"the {what} is missing"
         raise BadInput(f"{place}: {said}.")
-    return int(digits)
+    return number
+
+
+def whole_number(text: str) -> int | None:
+    """Of nine digits at most; None for anything else."""
+    digits = _digits(text)
+    return int(digits) if 0 < len(digits) < 10 else None
 
 
 def label_of(text: str) -> str:
-    """A fruit's or a tree's name; "1.0" of a spreadsheet is 1."""
+    """A fruit's or a tree's name; "01" is 1."""
+    digits = _digits(text)
+    return str(int(digits)) if digits else text
+
+
+def _digits(text: str) -> str:
+    """Of a whole number, empty for anything else; spreadsheets write 17.0 for 17 at times."""
     digits = text.removesuffix(".0")
-    return str(int(digits)) if digits.isascii() and digits.isdigit() else text
+    return digits if digits.isascii() and digits.isdigit() else ""

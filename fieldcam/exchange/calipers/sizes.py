@@ -12,9 +12,9 @@ from fieldcam.errors import BadInput
 from fieldcam.exchange.calipers.cells import SizeCell, size_of
 from fieldcam.exchange.calipers.shapes import CaliperCell, SaidCell
 from fieldcam.exchange.tables.dates import Calendar
-from fieldcam.exchange.tables.limits import MOST_FRUITS
 from fieldcam.exchange.tables.sheets import too_large
 from fieldcam.exchange.tables.trees import tree_names
+from fieldcam.foreign.bounds import MOST_FRUITS
 from fieldcam.growth.records import Presence, Source
 
 SIZES_MM = (1.0, 100.0)

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 from statistics import median
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.tables.limits import MOST_TEXT_BYTES, MOST_TITLE_ROWS
 from fieldcam.exchange.tables.sheets import Sheet, filled_rows, too_large
 from fieldcam.exchange.tables.written import as_named
+from fieldcam.foreign.bounds import MOST_TEXT_BYTES, MOST_TITLE_ROWS
 
 _SEPARATORS = ";\t,|"
 _SAID = re.compile(r"\"?sep=(.)\"?[;,\t]*", re.IGNORECASE)

@@ -8,10 +8,11 @@ from zipfile import BadZipFile, ZipFile
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.tables.delimited import csv_sheet
-from fieldcam.exchange.tables.limits import MOST_FILE_BYTES, MOST_UNPACKED_BYTES
 from fieldcam.exchange.tables.opendocument import opendocument_sheets
 from fieldcam.exchange.tables.sheets import Sheet, too_large
 from fieldcam.exchange.tables.workbook import workbook_sheets
+from fieldcam.foreign.bounds import MOST_UNPACKED_BYTES, TABLE
+from fieldcam.foreign.files import read_foreign
 from fieldcam.words import spelled_out
 
 _ZIP = b"PK\x03\x04"
@@ -25,7 +26,7 @@ def read_sheets(path: Path) -> list[Sheet]:
 
     Raises BadInput when the file cannot be read, is none of these, or is too large.
     """
-    data, name = _content(path), spelled_out(path.name)
+    data, name = read_foreign(path, TABLE), spelled_out(path.name)
     if data.startswith(_ZIP):
         return _zipped(name, data)
     if data.startswith(_OLD_OFFICE):
@@ -33,21 +34,6 @@ def read_sheets(path: Path) -> list[Sheet]:
             f"{name} is a workbook of Excel 97 to 2003, or is locked by a password.", _AS_WHAT
         )
     return [csv_sheet(name, data)]
-
-
-def _content(path: Path) -> bytes:
-    try:
-        if path.exists() and not path.is_file():
-            raise BadInput(f"{path} is no file.")
-        with path.open("rb") as stream:
-            data = stream.read(MOST_FILE_BYTES + 1)
-    except FileNotFoundError as error:
-        raise BadInput(f"There is no file {path}.") from error
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read: {error.strerror}.") from error
-    if len(data) > MOST_FILE_BYTES:
-        raise too_large(path.name, f"more than {MOST_FILE_BYTES >> 20} MB")
-    return data
 
 
 def _zipped(name: str, data: bytes) -> list[Sheet]:

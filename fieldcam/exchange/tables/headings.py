@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.tables.dates import is_day
-from fieldcam.exchange.tables.limits import MOST_TITLE_ROWS
 from fieldcam.exchange.tables.sheets import Sheet, SheetRow
+from fieldcam.foreign.bounds import MOST_TITLE_ROWS
 
 _UNIT = re.compile(r"[(\[]?(mm|cm)[)\]]?")
 _UNIT_BEHIND = re.compile(r"(?:[._, ]*[(\[]|[., ]+)(mm|cm)[)\]]?$")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from io import BytesIO
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 from zipfile import ZipFile
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.tables.limits import MOST_CELLS, MOST_ROWS, MOST_SHEETS
 from fieldcam.exchange.tables.sheets import Sheet, filled_rows, too_large
 from fieldcam.exchange.tables.workbook import DAMAGED
+from fieldcam.foreign.bounds import MOST_CELLS, MOST_ROWS, MOST_SHEETS
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -30,7 +30,7 @@ def opendocument_sheets(name: str, data: bytes) -> list[Sheet]:
         raise BadInput(f"{name} is no spreadsheet that can be read.") from error
 
 
-def _sheets(name: str, content: object) -> Iterator[Sheet]:
+def _sheets(name: str, content: IO[bytes]) -> Iterator[Sheet]:
     from defusedxml.ElementTree import iterparse
 
     read: list[_Rows] = []

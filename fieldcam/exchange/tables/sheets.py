@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.tables.limits import MOST_ROWS
+from fieldcam.foreign.bounds import MOST_ROWS
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,11 +13,11 @@ from xml.etree.ElementTree import ParseError
 from zipfile import BadZipFile
 
 from fieldcam.errors import BadInput
-from fieldcam.exchange.tables.limits import LAST_ROW, MOST_CELLS, MOST_SHEETS
 from fieldcam.exchange.tables.sheets import Sheet, column_letters, filled_rows, too_large
+from fieldcam.foreign.bounds import LAST_ROW, MOST_CELLS, MOST_SHEETS
 
 if TYPE_CHECKING:
-    from openpyxl.worksheet.read_only import ReadOnlyWorksheet
+    from openpyxl.worksheet._read_only import ReadOnlyWorksheet
 
 DAMAGED = (
     BadZipFile,
@@ -75,7 +75,7 @@ def _rows(name: str, sheet: ReadOnlyWorksheet) -> Iterator[tuple[int, tuple[obje
     # What a sheet says of its size is often wrong, and each row would be filled up to it.
     sheet.reset_dimensions()
     cells = 0
-    for number, row in enumerate(sheet.iter_rows(values_only=True), start=1):
+    for number, row in enumerate(sheet.values, start=1):
         cells += len(row)
         if cells > MOST_CELLS or number > LAST_ROW:
             raise too_large(name, f"more than {MOST_CELLS:,} cells")

@@ -14,7 +14,7 @@ from fieldcam.analysis.work import DirectAnalyst
 from fieldcam.errors import ImageUnreadable, StorageError
 from fieldcam.growth.evaluation.named import NamedCluster
 from fieldcam.growth.places import Place, View
-from fieldcam.report.scoring import SAME_FRUITLET_IOU, mask_iou
+from fieldcam.report.scoring import SAME_FRUITLET_IOU
 from fieldcam.store.queries.lookups import row_of
 from fieldcam.store.queries.resuming import saved_capture
 from fieldcam.values import ClusterReading, Fruitlet, Settings
@@ -60,14 +60,14 @@ def _same(before: ClusterReading, after: ClusterReading) -> dict[int, int]:
     """Ids of the fruitlets of two readings of one picture, matched by their masks."""
     found = {}
     for fruitlet in before.fruitlets:
-        best = max(after.fruitlets, key=lambda f: mask_iou(f.mask, fruitlet.mask), default=None)
+        best = max(after.fruitlets, key=lambda f: f.mask.iou(fruitlet.mask), default=None)
         if best is not None and _overlap(best, fruitlet):
             found[fruitlet.id] = best.id
     return found
 
 
 def _overlap(one: Fruitlet, other: Fruitlet) -> bool:
-    return mask_iou(one.mask, other.mask) >= SAME_FRUITLET_IOU
+    return one.mask.iou(other.mask) >= SAME_FRUITLET_IOU
 
 
 def _moved(names: Mapping[Place, str], reading: str, same: Mapping[int, int]) -> dict[Place, str]:

@@ -1,0 +1,1 @@
+"""What all parts know of pictures in memory: grey, colours, mosaics, sizes."""

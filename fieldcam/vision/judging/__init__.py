@@ -1,0 +1,1 @@
+"""From what a pair shows to its verdict: measures, evidence, findings, reasons."""

@@ -1,0 +1,1 @@
+"""From a fruitlet's mask and disparity to its diameter, and how sure that is."""

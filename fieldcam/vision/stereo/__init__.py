@@ -1,0 +1,1 @@
+"""Disparity of a rectified pair, by a network or by SGBM."""

@@ -1,4 +1,0 @@
-class Cell:
-    value: object
-    row: int
-    coordinate: str

@@ -1,9 +1,0 @@
-from collections.abc import Iterator
-
-from openpyxl.cell import Cell
-
-class Worksheet:
-    title: str
-    def iter_rows(self) -> Iterator[tuple[Cell, ...]]: ...
-    def append(self, iterable: object) -> None: ...
-    def cell(self, row: int, column: int, value: object = ...) -> Cell: ...
