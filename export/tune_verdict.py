@@ -41,10 +41,10 @@ from fieldcam.values import (
     ImageU8,
     StereoPair,
 )
+from fieldcam.vision.judging import eyes, verdicts
 from fieldcam.vision.judging.eye_matches import match_eyes
 from fieldcam.vision.judging.quality import LIT, clipped_share, middle, white_level
 from fieldcam.vision.judging.sharpness import edge_blur_px, tag_blur_px
-from fieldcam.vision.judging.verdicts import eyes, verdicts
 from fieldcam.vision.pipeline import Pipeline
 from fieldcam.vision.regions import around_tag
 from fieldcam.vision.tags.detection import choose_tag, detect_tags
