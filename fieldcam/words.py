@@ -10,6 +10,11 @@ def number_of(count: int, noun: str) -> str:
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
 
 
+def give_or_take(sd_mm: float | None) -> str:
+    """The standard deviation of a size behind that size, such as " ±0.11"; empty: unknown."""
+    return "" if sd_mm is None else f" ±{sd_mm:.2f}"
+
+
 def letter_of(place: int) -> str:
     """The letter of a place in a list that is counted from 0: A, B ... Z, AA, AB ..."""
     rest, last = divmod(place, len(ascii_uppercase))

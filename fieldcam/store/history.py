@@ -39,6 +39,8 @@ class FruitletSeen:
     """Neither fallen nor struck out as no fruitlet."""
     diameter_mm: float | None
     marks: tuple[MarkKind, ...]
+    sd_mm: float | None = None
+    """Standard deviation of the diameter; None where it is unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,6 +227,7 @@ def _fruitlets(database: Database, capture: EntryId, reading: EntryId) -> tuple[
             living=bool(row["living"]),
             diameter_mm=row["diameter_mm"],
             marks=tuple(dict.fromkeys(marks.get(row["fruitlet"], []))),
+            sd_mm=row["sd_mm"],
         )
         for row in rows(database, "SELECT * FROM fruitlet_now WHERE capture = ?", capture)
     )

@@ -7,6 +7,7 @@ from typing import Any
 from sqlite_utils import Database
 
 from fieldcam.errors import ReadingInvalid
+from fieldcam.exchange.json_fields import float_or_none
 from fieldcam.exchange.readings import dump_reading, load_reading
 from fieldcam.store.lookups import row_of
 from fieldcam.store.rows import EntryId
@@ -50,12 +51,12 @@ def stored_reading(database: Database, key: EntryId) -> ClusterReading:
 
 def _size(fruitlet: Fruitlet) -> dict[str, Any]:
     x_px, y_px = fruitlet.center_px
-    diameter_mm = fruitlet.diameter_mm
     return {
         "id": fruitlet.id,
         "in_target": fruitlet.in_target,
         "cluster": fruitlet.cluster,
-        "diameter_mm": None if diameter_mm is None else float(diameter_mm),
+        "diameter_mm": float_or_none(fruitlet.diameter_mm),
+        "sd_mm": float_or_none(fruitlet.sd_mm),
         "x_px": float(x_px),
         "y_px": float(y_px),
         "area_px": fruitlet.mask.area_px,
