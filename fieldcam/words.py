@@ -21,6 +21,11 @@ def signed(value: float, digits: int = 2) -> str:
     return f"{value:+.{digits}f}".replace("-", "\N{MINUS SIGN}")
 
 
+def give_or_take(sd_mm: float | None) -> str:
+    """The standard deviation of a size behind that size, such as " ±0.11"; empty: unknown."""
+    return "" if sd_mm is None else f" ±{sd_mm:.2f}"
+
+
 def letter_of(place: int) -> str:
     """The letter of a place in a list that is counted from 0: A, B ... Z, AA, AB ..."""
     rest, last = divmod(place, len(ascii_uppercase))

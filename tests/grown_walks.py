@@ -21,20 +21,29 @@ LATER_DAYS = 4
 DAYS = (FIRST_DAY, FIRST_DAY.replace(day=FIRST_DAY.day + LATER_DAYS))
 
 
-def grown_field(folder: Path) -> Path:
-    """A data folder with the block North; in each cluster the fruitlets are called 1 to 4."""
+def grown_field(folder: Path, sd_mm: float | None = None) -> Path:
+    """A data folder with the block North; in each cluster the fruitlets are called 1 to 4.
+
+    `sd_mm` is the standard deviation that each size states, None for none.
+    """
     with small_store(folder) as store:
         walk = MadeWalk(store)
         for days_later, sizes in ((0, START), (LATER_DAYS, GROWN)):
             visit = walk.visit(days_later)
             for tag_id, of_tag in sizes.items():
-                photograph(walk, visit, tag_id, of_tag)
+                photograph(walk, visit, tag_id, of_tag, sd_mm)
     return folder
 
 
-def photograph(walk: MadeWalk, visit: str, tag_id: int, sizes: Sequence[float | None]) -> None:
+def photograph(
+    walk: MadeWalk,
+    visit: str,
+    tag_id: int,
+    sizes: Sequence[float | None],
+    sd_mm: float | None = None,
+) -> None:
     capture = walk.take(visit, tag_id).key
-    reading = made_view("", ring(sizes)).reading
+    reading = made_view("", [replace(each, sd_mm=sd_mm) for each in ring(sizes)]).reading
     assert isinstance(reading.tag, TagPose)
     read = replace(reading, tag=replace(reading.tag, id=tag_id))
     (key,) = walk.store.append(reading_row(capture, encoded(read), 400.0))

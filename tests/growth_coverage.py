@@ -27,6 +27,8 @@ from fieldcam.values import Floats
 FIRST_SEED = 9_000_000
 SHAPES = ((70, 0, 4), (70, 4, 8), (70, 2, 6), (35, 0, 4), (35, 4, 8), (105, 0, 4), (105, 2, 6))
 """Clusters and the two days."""
+BETWEEN = (2,)
+"""Days of a visit between the first two days of SHAPES, which a camera's forecast uses too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +39,14 @@ class Case:
     clusters: int
     start: int
     end: int
+    between: tuple[int, ...] = ()
+    """Days of visits between the two."""
+    own_sds: bool = False
+    """Each size states its own standard deviation."""
+
+    @property
+    def days(self) -> tuple[int, ...]:
+        return self.start, *self.between, self.end
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +77,7 @@ class Coverage:
 def trial(case: Case, seed: int) -> Trial:
     variety = Variety.draw(np.random.default_rng([seed, 1]))
     block = Block.plan(seed, case.clusters, variety)
-    measuring = Measuring(case.source, (case.start, case.end))
+    measuring = Measuring(case.source, case.days, own_sds=case.own_sds)
     found = forecast(
         measured_block(block, measuring, seed), day_date(case.start), day_date(case.end)
     )
@@ -110,16 +120,22 @@ def rows(blocks: int, processes: int) -> Iterator[str]:
     yield "| --- | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: |"
     seeds = range(FIRST_SEED, FIRST_SEED + blocks)
     with ProcessPoolExecutor(processes) as pool:
-        for source in Source:
-            for clusters, start, end in SHAPES:
-                case = Case(source, clusters, start, end)
-                found = coverage(list(pool.map(partial(trial, case), seeds, chunksize=10)))
-                yield _row(case, found)
+        for case in _cases():
+            found = coverage(list(pool.map(partial(trial, case), seeds, chunksize=10)))
+            yield _row(case, found)
+
+
+def _cases() -> Iterator[Case]:
+    for own_sds in (True, False):
+        yield from (Case(Source.CAMERA, *shape, own_sds=own_sds) for shape in SHAPES)
+        yield Case(Source.CAMERA, *SHAPES[0], BETWEEN, own_sds)
+    yield from (Case(Source.CALIPERS, *shape) for shape in SHAPES)
 
 
 def _row(case: Case, found: Coverage) -> str:
     return (
-        f"| {case.source} | {case.clusters} | {case.start} to {case.end}"
+        f"| {case.source}{' ±' if case.own_sds else ''} | {case.clusters}"
+        f" | {' to '.join(map(str, case.days))}"
         f" | {found.tagged_pct:.1f}% | {found.tagged_width:.1f}"
         f" | {found.trees_pct:.1f}% | {found.trees_width:.1f}"
         f" | {found.bias:+.2f} | {found.mean_error:.2f} |"

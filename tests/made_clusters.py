@@ -46,6 +46,8 @@ class Sphere:
     """From the cluster's middle."""
     diameter_mm: float | None = 8.0
     """None for one that is seen, but not sized."""
+    sd_mm: float | None = None
+    """Standard deviation of the diameter, as its reading says."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,6 +109,7 @@ def _fruitlet(sphere: Sphere, center: F64) -> Fruitlet:
         id=sphere.id,
         in_target=True,
         diameter_mm=sphere.diameter_mm,
+        sd_mm=sphere.sd_mm,
         center_px=(x, y),
         box_px=(x - half_px, y - half_px, x + half_px, y + half_px),
         score=0.97,

@@ -48,6 +48,7 @@ def made_fruitlet(
     in_target: bool = True,
     cluster: int | None = 0,
     flags: tuple[Flag, ...] = (),
+    sd_mm: float | None = None,
 ) -> Fruitlet:
     """A round fruitlet of 18 px at the tag's range."""
     x, y = center_px
@@ -68,6 +69,7 @@ def made_fruitlet(
         cluster=cluster,
         centroid_mm=(0.0, 0.0, 440.0) if sized else None,
         cloud_mm=np.zeros((0, 3), np.float32),
+        sd_mm=sd_mm,
     )
 
 

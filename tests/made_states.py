@@ -85,7 +85,7 @@ def verdict(
 
 def _summary(reading: ClusterReading, struck: tuple[int, ...]) -> ReadingSummary:
     fruitlets = tuple(
-        FruitletSeen(f.id, f.in_target, f.id not in struck, f.diameter_mm, ())
+        FruitletSeen(f.id, f.in_target, f.id not in struck, f.diameter_mm, (), f.sd_mm)
         for f in reading.fruitlets
     )
     living = sum(seen.in_target and seen.living for seen in fruitlets)

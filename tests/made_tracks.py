@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import date
 
 from fieldcam.growth.places import Association, Place, Track, TrackedVisit
 from fieldcam.growth.records import Presence, Sighting
+from fieldcam.growth.size_rule import sighting_of
 from fieldcam.session.over_days.growing import FollowedCluster
 
 SURE_OF = {2: 0.6}
@@ -25,16 +27,16 @@ def tracked_by_id(
         visits: dict[date, TrackedVisit] = {}
         for visit in cluster.visits:
             found = [
-                (Place(view.id, f.id), f.diameter_mm)
+                (Place(view.id, f.id), f)
                 for view in visit.views
                 for f in view.reading.target
                 if f.id == number
             ]
             places = tuple(place for place, _ in found)
-            sizes = [size for _, size in found if size is not None]
-            confidence = SURE_OF.get(number, 1.0) if visits else 1.0
-            if sizes:
-                sighting = Sighting(Presence.SIZED, max(sizes), confidence)
+            sighting = sighting_of([f for _, f in found], method.size_rule)
+            if sighting.presence is Presence.SIZED:
+                confidence = SURE_OF.get(number, 1.0) if visits else 1.0
+                sighting = replace(sighting, confidence=confidence)
                 visits[visit.day] = TrackedVisit(sighting, places, bool(said & set(places)))
             elif visits:
                 visits[visit.day] = TrackedVisit(Sighting(Presence.FALLEN), ())

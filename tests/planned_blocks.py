@@ -15,6 +15,8 @@ from fieldcam.values import Floats
 
 FIRST_DAY = date(2026, 5, 10)
 NOT_SEEN_BY_CAMERA = 0.1
+USUAL_SD_MM, SD_SPREAD, WORST_SD_MM = 0.14, 0.5, 0.5
+"""Standard deviations that a camera's readings state: log-normal, and no worse ones are given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,8 @@ class Measuring:
     source: Source
     days: tuple[int, ...]
     noisy: bool = True
+    own_sds: bool = False
+    """Each size states its own standard deviation, truly; else they scatter as was fitted."""
 
 
 def day_date(day: int) -> date:
@@ -52,11 +56,19 @@ def measured_block(block: Block, measuring: Measuring, seed: int) -> BlockRecord
     rng = np.random.default_rng([seed, 7])
     fruitlets = hanging(block, measuring.days[0])
     seen = np.stack([_seen(rng, fruitlets, measuring, day) for day in measuring.days])
-    sizes = np.stack([_sizes(rng, fruitlets, measuring, day) for day in measuring.days])
+    sds = np.stack([_sds(rng, len(fruitlets), measuring) for _ in measuring.days])
+    sizes = np.stack(
+        [
+            _sizes(rng, fruitlets, measuring, day, of_day)
+            for day, of_day in zip(measuring.days, sds, strict=True)
+        ]
+    )
     clusters = frozenset(cluster.tag_id for cluster in block.clusters)
     records = (
         FruitletRecord(
-            each.tag_id, str(each.plan.id + 1), _sightings(each, measuring, seen[:, i], sizes[:, i])
+            each.tag_id,
+            str(each.plan.id + 1),
+            _sightings(each, measuring, seen[:, i], sizes[:, i], sds[:, i]),
         )
         for i, each in enumerate(fruitlets)
     )
@@ -88,20 +100,37 @@ def _seen(
     return np.asarray(rng.random(len(fruitlets)) >= hidden)
 
 
+def _sds(rng: np.random.Generator, count: int, measuring: Measuring) -> Floats:
+    """(N,) NaN where sizes state none."""
+    if not measuring.own_sds:
+        return np.full(count, np.nan)
+    drawn = USUAL_SD_MM * np.exp(SD_SPREAD * rng.normal(size=count))
+    return np.asarray(np.minimum(drawn, WORST_SD_MM))
+
+
 def _sizes(
-    rng: np.random.Generator, fruitlets: Sequence[PlannedFruitlet], measuring: Measuring, day: int
+    rng: np.random.Generator,
+    fruitlets: Sequence[PlannedFruitlet],
+    measuring: Measuring,
+    day: int,
+    sds: Floats,
 ) -> Floats:
     true = np.array([each.plan.diameter_mm(day) for each in fruitlets])
-    return true + NOISE[measuring.source].drawn(rng, true) if measuring.noisy else true
+    if not measuring.noisy:
+        return true
+    if measuring.own_sds:
+        return np.asarray(rng.normal(true, sds))
+    return true + NOISE[measuring.source].drawn(rng, true)
 
 
 def _sightings(
-    fruitlet: PlannedFruitlet, measuring: Measuring, seen: Floats, sizes: Floats
+    fruitlet: PlannedFruitlet, measuring: Measuring, seen: Floats, sizes: Floats, sds: Floats
 ) -> dict[date, Sighting]:
     found: dict[date, Sighting] = {}
-    for day, visible, size in zip(measuring.days, seen, sizes, strict=True):
+    for day, visible, size, sd in zip(measuring.days, seen, sizes, sds, strict=True):
         if visible and fruitlet.plan.hangs(day):
-            found[day_date(day)] = Sighting(Presence.SIZED, float(size))
+            sd_mm = None if np.isnan(sd) else float(sd)
+            found[day_date(day)] = Sighting(Presence.SIZED, float(size), sd_mm=sd_mm)
         elif found:
             presence = Presence.FALLEN if visible else Presence.NOT_SEEN
             found[day_date(day)] = Sighting(presence)

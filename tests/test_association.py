@@ -15,12 +15,14 @@ from scipy.spatial.transform import Rotation
 
 from fieldcam.growth.association.geometry import match_by_geometry
 from fieldcam.growth.association.joining import join
+from fieldcam.growth.association.likelihood import Plausibility
 from fieldcam.growth.association.paper import match_by_paper
 from fieldcam.growth.association.points import points_of
 from fieldcam.growth.association.poses import turn_vectors
 from fieldcam.growth.association.size_order import match_by_size_order
-from fieldcam.growth.places import Association, ClusterVisit, Place, SizeRule, Track, Word
+from fieldcam.growth.places import Association, ClusterVisit, Place, Track, Word
 from fieldcam.growth.records import Presence
+from fieldcam.growth.size_rule import SizeRule
 from fieldcam.growth.tracking import track
 
 GROWN = 0.9
@@ -97,6 +99,54 @@ def test_size_that_no_fruitlet_grows_to_in_two_days_is_not_matched() -> None:
     assert followed(tracks) == [(0,), (0,)]
 
 
+@pytest.mark.parametrize(
+    ("grown_mm", "sd_mm", "one"),
+    [(1.0, None, True), (-0.5, None, True), (-5.0, None, False), (-5.0, 2.5, True)],
+)
+def test_a_fruitlet_does_not_shrink_by_more_than_its_errors(
+    grown_mm: float, sd_mm: float | None, one: bool
+) -> None:
+    """At a place that would do for either."""
+    views = [
+        made_view(name, [Sphere(0, np.zeros(3), size, sd_mm)], Pose(tagged=True))
+        for name, size in (("a", 12.0), ("b", 12.0 + grown_mm))
+    ]
+    tracks = track([made_visit(0, views[0]), made_visit(4, views[1])])
+    assert followed(tracks) == ([(0, 0)] if one else [(0,), (0,)])
+
+
+@given(
+    days=st.integers(0, 10),
+    sizes=st.lists(st.none() | st.floats(3.0, 25.0), min_size=1, max_size=5),
+    sd_mm=st.none() | st.floats(0.01, 3.0),
+)
+def test_the_odds_of_sizes_are_those_of_growth_that_is_never_negative(
+    days: int, sizes: list[float | None], sd_mm: float | None
+) -> None:
+    """Against the integral over all growth, in steps; an unknown size says nothing."""
+    first, second = (
+        points_of(made_view(name, [replace(s, sd_mm=sd_mm) for s in ring(sizes)])) for name in "ab"
+    )
+    p = Plausibility()
+    error_mm = np.sqrt(2) * max(p.size_sd_mm, sd_mm or 0.0)
+    grown = np.linspace(0.0, 30.0, 6001) if days else np.zeros(1)
+    prior = np.ones(1)
+    if days:
+        rate = (grown / days - p.rate_mm_per_day) / p.rate_sd_mm_per_day
+        prior = np.exp(-(rate**2) / 2)
+        prior[0] /= 2
+        prior /= prior.sum()
+    odds = p.size_log_odds(first, second, float(days))
+    for (i, j), found in np.ndenumerate(odds):
+        if (one := sizes[i]) is None or (other := sizes[j]) is None:
+            assert found == 0.0
+            continue
+        errors = np.exp(-(((other - one - grown) / error_mm) ** 2) / 2) / error_mm
+        likely = float((prior * errors).sum() / np.sqrt(2 * np.pi))
+        if likely > 1e-200:
+            assert found == pytest.approx(np.log(likely * p.size_range_mm), abs=0.01)
+
+
 def test_two_views_of_a_day_give_one_fruitlet_with_the_larger_size() -> None:
     first = made_view("a", ring())
     second = made_view("b", [replace(s, diameter_mm=(s.diameter_mm or 0) + 0.2) for s in ring()])
@@ -106,12 +156,33 @@ def test_two_views_of_a_day_give_one_fruitlet_with_the_larger_size() -> None:
     assert sizes == pytest.approx([9.2, 8.7, 8.2, 7.7, 7.2, 6.7])
 
 
-def test_better_seen_size_counts_where_it_is_asked_for() -> None:
-    first, second = made_view("a", ring()), made_view("b", ring([8.5] * 6))
-    hidden = [replace(f, visible_fraction=0.5) for f in second.reading.fruitlets]
-    second = replace(second, reading=replace(second.reading, fruitlets=tuple(hidden)))
-    tracks = track([made_visit(0, first, second)], size_rule=SizeRule.BETTER_SEEN)
-    assert max(t.visits[made_visit(0).day].sighting.diameter_mm or 0 for t in tracks) == 9.0
+@pytest.mark.parametrize(
+    ("method", "rule", "sds_mm", "counts"),
+    [
+        (Association.GEOMETRY, None, (0.1, 0.2), 0),
+        (Association.GEOMETRY, None, (0.2, 0.1), 1),
+        (Association.GEOMETRY, None, (0.1, None), 0),
+        (Association.GEOMETRY, None, (None, 0.4), 1),
+        (Association.GEOMETRY, None, (None, None), 1),
+        (Association.GEOMETRY, SizeRule.LARGER, (0.1, 0.2), 1),
+        (Association.PAPER, None, (0.1, 0.2), 1),
+        (Association.PAPER, SizeRule.BETTER_KNOWN, (0.1, 0.2), 0),
+    ],
+)
+def test_of_two_views_the_better_known_size_counts(
+    method: Association,
+    rule: SizeRule | None,
+    sds_mm: tuple[float | None, float | None],
+    counts: int,
+) -> None:
+    """The second view's is the larger; of unknown errors that one counts, as in the paper."""
+    views = [
+        made_view(name, [replace(s, diameter_mm=size, sd_mm=sd) for s in ring([8.0])])
+        for name, size, sd in zip("ab", (8.0, 8.2), sds_mm, strict=True)
+    ]
+    (found,) = track([made_visit(0, *views)], method, size_rule=rule)
+    seen = found.visits[made_visit(0).day].sighting
+    assert (seen.diameter_mm, seen.sd_mm) == ((8.0, 8.2)[counts], sds_mm[counts])
 
 
 def test_fruitlets_are_numbered_from_the_largest_of_the_first_visit() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from checked_pages import words_of
@@ -14,7 +16,7 @@ from fieldcam.exchange.growth_report import growth_report
 from fieldcam.growth.crop import CropPlan
 from fieldcam.growth.forecast import forecast
 from fieldcam.growth.outlook import outlook
-from fieldcam.growth.records import Source
+from fieldcam.growth.records import BlockRecord, Source
 from fieldcam.growth.resampling import interval90
 from fieldcam.report.growth_page import growth_page
 from fieldcam.simulator.plan import Block
@@ -113,6 +115,35 @@ def test_the_mean_of_all_needs_no_correction(grown: int, corrects: bool) -> None
     assert (reference.rate_mm_per_day == reference.measured_mm_per_day) is not corrects
 
 
+def with_errors(block: BlockRecord, *sds_mm: float | None) -> BlockRecord:
+    """The same sizes, those of each visit with this standard deviation."""
+    of_day = dict(zip(block.visits, sds_mm, strict=True))
+    fruitlets = [
+        replace(
+            each,
+            sightings={
+                day: replace(seen, sd_mm=of_day[day]) for day, seen in each.sightings.items()
+            },
+        )
+        for each in block.fruitlets
+    ]
+    return replace(block, fruitlets=tuple(fruitlets))
+
+
+def test_the_interval_is_as_wide_as_the_sizes_say() -> None:
+    """Where either size says nothing, the camera's usual errors stand in."""
+    block = measured_block(Block.plan(59, 70), Measuring(Source.CAMERA, (0, 4)), 59)
+    widths = {}
+    for sds_mm in ((None, None), (0.05, None), (None, 0.4), (0.0, 0.0), (0.05, 0.05), (0.4, 0.4)):
+        found = forecast(with_errors(block, *sds_mm), day_date(0), day_date(4))
+        widths[sds_mm] = found.interval90_pct
+        assert found.interval90_pct[0] <= found.set_pct <= found.interval90_pct[1]
+    usual = widths[None, None]
+    assert widths[0.05, None] == widths[None, 0.4] == usual
+    small, large = (high - low for low, high in (widths[sd, sd] for sd in (0.05, 0.4)))
+    assert small < usual[1] - usual[0] < large
+
+
 @pytest.mark.parametrize("source", Source)
 def test_equal_rates_leave_nothing_open(source: Source) -> None:
     found = forecast(made_block(fast_ones(30), source), on(0), on(4))
@@ -135,6 +166,8 @@ def test_an_interval_holds_the_forecast_and_nine_of_ten_values(forecast_value: f
     [
         Case(Source.CAMERA, 70, 0, 4),
         Case(Source.CAMERA, 35, 4, 8),
+        Case(Source.CAMERA, 70, 0, 4, own_sds=True),
+        Case(Source.CAMERA, 70, 0, 4, (2,), own_sds=True),
         Case(Source.CALIPERS, 70, 2, 6),
     ],
     ids=str,

@@ -58,6 +58,73 @@ def test_each_fruitlet_has_one_state(known: dict[int, Known], state: State) -> N
     assert found.reference.rate_mm_per_day == pytest.approx(fastest)
 
 
+def steady(*days: int) -> list[FruitletRecord]:
+    """20 fruitlets of cluster 1 that grow 1 mm/day, of many sizes, so that none is an outlier."""
+    return [made_fruitlet(1, str(i), {day: 6.0 + i / 4 + day for day in days}) for i in range(20)]
+
+
+BY_CAMERA: dict[str, tuple[dict[int, Known], State, float | None]] = {
+    "first seen later": ({2: 8.0, 4: 9.2}, State.PERSIST, 0.6),
+    "first seen later and slow": ({2: 8.0, 4: 8.8}, State.ABSCISE, 0.4),
+    "first sized later": ({0: SEEN, 2: 8.0, 4: 9.2}, State.PERSIST, 0.6),
+    "the widest interval": ({0: 8.0, 2: 8.0, 4: 10.1}, State.PERSIST, 0.525),
+    "first seen at the end": ({4: 9.0}, State.NOT_SEEN, None),
+    "first sized at the end": ({0: SEEN, 2: SEEN, 4: 9.0}, State.NOT_SEEN, None),
+    "first seen later, then hidden": ({2: 8.0, 4: NOT_SEEN}, State.NOT_SEEN, None),
+    "first seen later, then fallen": ({2: 8.0, 4: FALLEN}, State.FALLEN, None),
+    "seen without a size, then fallen": ({0: SEEN, 4: FALLEN}, State.FALLEN, None),
+    "first seen later, faster than fruit grows": ({2: 8.0, 4: 13.1}, State.IGNORED, None),
+}
+
+
+@pytest.mark.parametrize(("known", "state", "rate"), BY_CAMERA.values(), ids=BY_CAMERA)
+def test_what_a_camera_sees_later_hung_there_at_first(
+    known: dict[int, Known], state: State, rate: float | None
+) -> None:
+    """In a cluster that was photographed on the first visit."""
+    others = [*steady(0, 2, 4), made_fruitlet(2, "other", {0: 8.0, 2: 10.0, 4: 12.0})]
+    block = made_block([*others, made_fruitlet(2, "it", known)], Source.CAMERA)
+    found = forecast(block, on(0), on(4))
+    it = found.fruitlets[-1]
+    assert (it.state, it.rate_mm_per_day) == (state, rate)
+    counted = state is not State.IGNORED
+    assert (found.counts.initial, found.ignored) == (21 + counted, 1 - counted)
+    persist = 21 + (state is State.PERSIST)
+    judged = 21 + (state in (State.PERSIST, State.ABSCISE, State.FALLEN))
+    assert found.set_pct == pytest.approx(100 * persist / judged)
+
+
+def test_what_only_the_end_shows_changes_no_percent_and_no_end_but_the_intervals() -> None:
+    """A late one stands for others that had fallen before anybody saw them."""
+    fast = [made_fruitlet(1, str(i), {0: 8.0, 4: 12.0}) for i in range(20)]
+    fell = [made_fruitlet(1, f"fell {i}", {0: 8.0, 4: FALLEN}) for i in range(20)]
+    late = [made_fruitlet(1, f"late {i}", {4: 9.0}) for i in range(10)]
+    few, more = (
+        forecast(made_block(fruitlets, Source.CAMERA), on(0), on(4))
+        for fruitlets in ([*fast, *fell], [*fast, *fell, *late])
+    )
+    assert more.counts.not_seen == 10 and more.counts.initial == few.counts.initial + 10
+    assert more.set_pct == few.set_pct == 50.0
+    (low, high), of_few = more.interval90_pct, few.interval90_pct
+    assert high - low > of_few[1] - of_few[0]
+
+
+@pytest.mark.parametrize("source", Source)
+def test_a_cluster_that_was_tagged_later_is_not_counted(source: Source) -> None:
+    block = made_block([*steady(0, 2, 4), made_fruitlet(2, "it", {2: 8.0, 4: 9.0})], source)
+    found = forecast(block, on(0), on(4))
+    assert (state_of(found, "it"), found.counts.initial) == (State.NEW, 20)
+    assert "clusters_added" in {each.code for each in warnings_about(found)}
+
+
+def test_a_cluster_without_a_picture_on_the_first_of_the_two_visits_leaves_as_a_whole() -> None:
+    """Though a visit between the two shows it."""
+    known: dict[int, Known] = {0: 8.0, 6: 12.0, 8: 14.0}
+    block = made_block([*steady(0, 4, 6, 8), made_fruitlet(2, "it", known)], Source.CAMERA)
+    assert state_of(forecast(block, on(4), on(8)), "it") is State.NOT_SEEN
+    assert state_of(forecast(block, on(0), on(8)), "it") is State.PERSIST
+
+
 def test_counts_and_percent() -> None:
     others = [
         made_fruitlet(2, "slow", {0: 8.0, 4: 8.5}),
@@ -129,18 +196,24 @@ def test_initial_ones_are_those_of_the_first_visit() -> None:
     assert (found.counts.initial, found.counts.fallen, found.set_pct) == (40, 20, 50.0)
 
 
-def test_initial_and_ignored_ones_are_as_many_for_all_visits() -> None:
+@pytest.mark.parametrize(
+    ("source", "ignored", "together"),
+    [(Source.CAMERA, [1, 0, 1], 24), (Source.CALIPERS, [2, 1, 0], 23)],
+)
+def test_initial_and_ignored_ones_are_as_many_for_all_visits(
+    source: Source, ignored: list[int], together: int
+) -> None:
     fruitlets = [
         *(made_fruitlet(1, f"a{i}", {0: 6.0 + i / 9, 4: 9.0, 8: 13.0}) for i in range(20)),
         made_fruitlet(2, "late size", {0: SEEN, 4: 9.0, 8: 12.0}),
-        made_fruitlet(2, "outlier", {0: 8.0, 4: 40.0, 8: 11.0}),
+        made_fruitlet(2, "wrong", {0: 8.0, 4: 40.0, 8: 11.0}),
         made_fruitlet(2, "gap", {0: 8.0, 4: NOT_SEEN, 8: 11.0}),
         made_fruitlet(2, "new", {4: 8.0, 8: 11.0}),
     ]
-    block = made_block(fruitlets, Source.CAMERA)
+    block = made_block(fruitlets, source)
     found = [forecast(block, on(a), on(b)) for a, b in ((0, 4), (0, 8), (4, 8))]
-    assert [each.ignored for each in found] == [2, 1, 1]
-    assert {each.counts.initial + each.ignored for each in found} == {23}
+    assert [each.ignored for each in found] == ignored
+    assert {each.counts.initial + each.ignored for each in found} == {together}
 
 
 @pytest.mark.parametrize(
@@ -350,6 +423,49 @@ def test_growth_that_no_fruitlet_has_is_marked() -> None:
     assert list(doubts_told(leaf, [on(0), on(1)])) == [
         "4.0 mm/day to 2026-05-11, which no fruitlet grows"
     ]
+
+
+def known_to(fruitlet: FruitletRecord, sds_mm: dict[int, float]) -> FruitletRecord:
+    """With the standard deviations of its sizes, by day."""
+    sightings = {
+        day: replace(seen, sd_mm=sds_mm.get((day - on(0)).days))
+        for day, seen in fruitlet.sightings.items()
+    }
+    return replace(fruitlet, sightings=sightings)
+
+
+@pytest.mark.parametrize(
+    ("source", "sds_mm", "grown_mm", "shrunk"),
+    [
+        (Source.CAMERA, {0: 0.3, 4: 0.4}, -1.45, False),
+        (Source.CAMERA, {0: 0.3, 4: 0.4}, -1.55, True),
+        (Source.CAMERA, {0: 0.06, 4: 0.08}, -0.25, False),
+        (Source.CAMERA, {0: 0.06, 4: 0.08}, -0.35, True),
+        (Source.CAMERA, {0: 0.06}, -0.35, False),
+        (Source.CAMERA, {}, -1.1, False),
+        (Source.CAMERA, {}, -1.2, True),
+        (Source.CALIPERS, {}, -0.5, False),
+        (Source.CALIPERS, {}, -0.9, True),
+    ],
+)
+def test_no_fruitlet_shrinks_by_more_than_its_errors(
+    source: Source, sds_mm: dict[int, float], grown_mm: float, shrunk: bool
+) -> None:
+    """It counts as falling, and what speaks against its sizes is told everywhere."""
+    it = known_to(made_fruitlet(2, "it", {0: 9.5, 4: 9.5 + grown_mm}), sds_mm)
+    found = forecast(made_block([*steady(0, 4), it], source), on(0), on(4))
+    marked = found.fruitlets[-1]
+    assert (marked.state, marked.doubts) == (State.ABSCISE, (Doubt.SHRUNK,) * shrunk)
+    said = [f"{-grown_mm:.1f} mm less on 2026-05-14, which no fruitlet shrinks"] * shrunk
+    assert list(doubts_told(it, [on(0), on(4)], source)) == said
+    texts = {each.code: each.text for each in warnings_about(found)}
+    assert ("1 fruitlet shrank by more than" in texts.get("odd_growth", "")) is shrunk
+
+
+def test_what_shrank_stays_in_a_reference_of_few() -> None:
+    few = [made_fruitlet(1, "a", {0: 8.0, 4: 12.0}), made_fruitlet(1, "b", {0: 12.0, 4: 8.0})]
+    found = forecast(made_block(few, Source.CAMERA), on(0), on(4))
+    assert found.reference.rate_mm_per_day == 0.0
 
 
 def test_fruit_per_tree_counts_clusters_that_lost_everything() -> None:

@@ -17,7 +17,8 @@ from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 from textual.widgets import OptionList
 
-from fieldcam.growth.places import Association, SizeRule, Track
+from fieldcam.growth.places import Association, Track
+from fieldcam.growth.size_rule import SizeRule
 from fieldcam.session.over_days.block_growth import block_outlook, crop_plan, known_clusters
 from fieldcam.session.over_days.growing import FollowedCluster, block_rows
 from fieldcam.session.state import WalkState
@@ -56,7 +57,7 @@ def grow(made: MadeWalk, tag_id: int, day: int) -> None:
 def by_id_or_half(
     cluster: FollowedCluster,
     method: Association = Association.GEOMETRY,
-    size_rule: SizeRule = SizeRule.LARGER,
+    size_rule: SizeRule | None = None,
 ) -> tuple[Track, ...]:
     """Size order finds half of the fruitlets only."""
     tracks = tracked_by_id(cluster)
@@ -170,7 +171,7 @@ def test_only_what_changed_is_followed_again(grown: Grown, monkeypatch: pytest.M
     followed: list[int] = []
 
     def counting(
-        cluster: FollowedCluster, method: Association, size_rule: SizeRule
+        cluster: FollowedCluster, method: Association, size_rule: SizeRule | None
     ) -> tuple[Track, ...]:
         followed.append(cluster.tag_id)
         return tracked_by_id(cluster)
@@ -215,7 +216,7 @@ def test_how_far_the_following_is(grown: Grown, monkeypatch: pytest.MonkeyPatch)
     reached, go_on = threading.Event(), threading.Event()
 
     def waiting(
-        cluster: FollowedCluster, method: Association, size_rule: SizeRule
+        cluster: FollowedCluster, method: Association, size_rule: SizeRule | None
     ) -> tuple[Track, ...]:
         if cluster.tag_id == 21:
             reached.set()

@@ -184,12 +184,13 @@ def test_bars_begin_below_each_other(tmp_path: Path) -> None:
     shown = shown_with(tmp_path, read(12, 7))
     reading = shown.record.reading
     assert reading is not None
-    king, *others = reading.fruitlets
-    crowned = (replace(king, marks=(MarkKind.KING,)), *others)
+    king, known, *others = reading.fruitlets
+    crowned = (replace(king, marks=(MarkKind.KING,)), replace(known, sd_mm=0.114), *others)
     record = replace(shown.record, reading=replace(reading, fruitlets=crowned))
     text = screen_of(LARGE, replace(AIM, shown=replace(shown, record=record)))
     bars = [line for line in text.splitlines() if " mm " in line and BLOCK in line]
-    assert len(bars) == 7 and "king" in bars[0]
+    assert len(bars) == 7 and "king" in bars[0] and " 10.00 mm ±0.11 " in bars[1]
+    assert sum("±" in line for line in bars) == 1
     assert len({line.index(BLOCK, line.index(" mm ")) for line in bars}) == 1
     assert "7 fruitlets, 2 more than last visit" in text
 

@@ -23,7 +23,8 @@ from fieldcam.cli.looking import READ_AGAIN, looked_at
 from fieldcam.cli.progress import progress
 from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
-from fieldcam.growth.places import Association, SizeRule
+from fieldcam.growth.places import Association
+from fieldcam.growth.size_rule import SizeRule
 
 if TYPE_CHECKING:
     from fieldcam.growth.crop import CropPlan
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from fieldcam.store.read_only import ReadOnlyStore
 
 _METHOD = Association.GEOMETRY
-_SAME_DAY = SizeRule.LARGER
 WHY_HTML = "the report is a page"
 SIMULATED = "The captures are simulated."
 
@@ -66,7 +66,8 @@ def register(commands: Subparsers[Parser]) -> None:
         "--same-day",
         type=SizeRule,
         choices=list(SizeRule),
-        help=f"which size counts where two pictures of a day show a fruitlet ({_SAME_DAY})",
+        help="which size counts where two pictures of a day show a fruitlet"
+        f" ({_METHOD.size_rule}; with --associate paper {Association.PAPER.size_rule})",
     )
     parser.add_argument(
         "--from", dest="start", type=day, metavar="DATE", help="the first of the two visits"
@@ -148,10 +149,9 @@ def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockS
     from fieldcam.store.seals import damage_sentence
 
     method: Association = arguments.associate or _METHOD
-    same_day: SizeRule = arguments.same_day or _SAME_DAY
     methods = tuple(dict.fromkeys((method, *COMPARED)))
     rows = block_rows(store.database, block.id)
-    followed = known_clusters(store.database, rows, {}, methods, same_day)
+    followed = known_clusters(store.database, rows, {}, methods, arguments.same_day)
     known = tuple(progress(followed, len(rows), "cluster"))
     between = arguments.start, arguments.end
     simulated = store.folder.kind is DataKind.SIMULATED

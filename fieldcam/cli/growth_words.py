@@ -56,7 +56,7 @@ def _number_lines(growth: Outlook) -> Iterator[str]:
     yield (
         f"Of {number_of(counts.initial, 'fruitlet')} on the first visit: {counts.persist} will"
         f" stay, {counts.abscise} fall ({counts.fallen} of them fallen), {counts.not_seen}"
-        f" left out without a size on both visits{_ignored(found)}."
+        f" left out without a growth rate{_ignored(found)}."
     )
     yield (
         f"Over {found.days:g} days the fastest ({reference.n}) grew"

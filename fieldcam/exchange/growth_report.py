@@ -98,7 +98,6 @@ def _cluster(cluster: ClusterInfluence) -> Json:
 
 
 def _fruitlet(each: FruitletForecast) -> Json:
-    seen_on = sorted(each.fruitlet.sightings.items(), key=lambda entry: entry[0])
     return {
         "tag": each.fruitlet.tag_id,
         "fruitlet": each.fruitlet.fruitlet,
@@ -106,5 +105,8 @@ def _fruitlet(each: FruitletForecast) -> Json:
         "rate_mm_per_day": each.rate_mm_per_day,
         "state": each.state,
         "doubts": list(each.doubts),
-        "certainty": {str(day): seen.confidence for day, seen in seen_on if is_doubtful(seen)},
+        "certainty": {
+            str(day): seen.confidence for day, seen in each.fruitlet.seen_on if is_doubtful(seen)
+        },
+        "sds_mm": {str(day): mm for day, mm in each.sds_mm.items()},
     }

@@ -8,12 +8,11 @@ and rates are drawn from what it and a fruitlet's own measurement say together.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
 
 import numpy as np
 import numpy.typing as npt
 
-from fieldcam.growth.following import Growth
+from fieldcam.growth.grown import Growth
 from fieldcam.growth.noise import SizingNoise
 from fieldcam.values import Floats
 
@@ -21,6 +20,8 @@ EM_STEPS = 15
 FEWEST_RATES, MOST_RATES = 24, 96
 """Of the grid, whose step else is half the typical error of a rate."""
 _CHUNK = 8
+LEAST_SD_MM = 0.01
+"""Whatever is said of two sizes, their difference is not known better."""
 _LEAST = np.float32(1e-30)
 F32 = npt.NDArray[np.float32]
 """What is drawn is far less certain than its last digits, and takes half the time."""
@@ -29,24 +30,35 @@ F32 = npt.NDArray[np.float32]
 def rate_grid(growth: Sequence[Growth], noise: SizingNoise) -> Floats:
     """(G,) true rates that are thought possible, evenly spaced, mm/day."""
     rates = np.array([each.rate_mm_per_day for each in growth])
-    sds = noise.of(np.array([each.start_mm for each in growth])) @ np.array(noise.shares)
-    error = np.median(sds * np.sqrt(2.0) / np.array([each.days for each in growth]))
-    steps = int(np.clip(2.0 * np.ptp(rates) / error, FEWEST_RATES, MOST_RATES))
+    sds, shares = _errors(growth, noise)
+    steps = int(np.clip(2.0 * np.ptp(rates) / np.median(sds @ shares), FEWEST_RATES, MOST_RATES))
     return np.linspace(rates.min(), rates.max(), steps)
 
 
 def likelihoods(growth: Sequence[Growth], noise: SizingNoise, grid: Floats) -> F32:
     """(N, G): how likely each measured rate is for each true rate, 1 for the likeliest."""
     off = np.array([each.rate_mm_per_day for each in growth])[:, None] - grid
-    days = np.array([each.days for each in growth])[:, None]
-    before = noise.of(np.array([each.start_mm for each in growth]))
-    after = noise.of(np.array([each.end_mm for each in growth]))
+    sds, shares = _errors(growth, noise)
     total = np.zeros(off.shape)
-    for (i, one), (j, other) in product(enumerate(noise.shares), repeat=2):
-        sd = np.hypot(before[:, i], after[:, j])[:, None] / days
-        total += one * other / sd * np.exp(-0.5 * (off / sd) ** 2)
+    for sd, share in zip(sds.T[:, :, None], shares, strict=True):
+        total += share / sd * np.exp(-0.5 * (off / sd) ** 2)
     relative = total / total.max(axis=1, keepdims=True)
     return np.asarray(np.maximum(relative, _LEAST), np.float32)
+
+
+def _errors(growth: Sequence[Growth], noise: SizingNoise) -> tuple[Floats, Floats]:
+    """(N, P) standard deviations of rates, mm/day, and (P,) the share of each part of a mixture.
+
+    Of sizes that say their own errors all parts are alike.
+    """
+    shares = np.array(noise.shares)
+    before = noise.of(np.array([each.start_mm for each in growth]))
+    after = noise.of(np.array([each.end_mm for each in growth]))
+    fitted = np.hypot(before[:, :, None], after[:, None, :]).reshape(len(growth), -1)
+    own = np.array([[np.nan if each.sd_mm is None else each.sd_mm] for each in growth])
+    sds = np.where(np.isnan(own), fitted, np.maximum(own, LEAST_SD_MM))
+    days = np.array([[each.days] for each in growth])
+    return sds / days, np.outer(shares, shares).ravel()
 
 
 def distributions(likelihood: F32, weights: Floats) -> F32:

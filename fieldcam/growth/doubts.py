@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from datetime import date
 from enum import StrEnum
 
-from fieldcam.growth.records import FruitletRecord, Sighting
+from fieldcam.growth.grown import Growth, Measured, growth_of
+from fieldcam.growth.noise import NOISE, SizingNoise
+from fieldcam.growth.records import FruitletRecord, Sighting, Source
 
 SURE = 0.9
 """Matches below this certainty are doubtful: marked, and no part of the reference."""
 MOST_MM_PER_DAY = 2.5
 """No fruitlet grows faster: one of its two sizes is wrong, or they are of two fruitlets."""
+SHRUNK_SD = 3.0
+"""No fruitlet shrinks: one that seems to by so many standard deviations of what it grew has a
+wrong size, or is another one."""
 
 
 class Doubt(StrEnum):
@@ -21,6 +26,8 @@ class Doubt(StrEnum):
     """It may be another fruitlet than on the visits before."""
     GROWTH = "impossible_growth"
     """No fruitlet grows so fast."""
+    SHRUNK = "shrunk"
+    """It shrank by more than the errors of its two sizes."""
 
 
 def is_doubtful(seen: Sighting) -> bool:
@@ -28,17 +35,41 @@ def is_doubtful(seen: Sighting) -> bool:
     return seen.confidence < SURE
 
 
-def doubts_told(fruitlet: FruitletRecord, days: Sequence[date]) -> Iterator[str]:
+def growth_doubt(growth: Growth, noise: SizingNoise) -> Doubt | None:
+    """What its two sizes say against it; `noise` is that of sizes which do not say their own."""
+    if growth.rate_mm_per_day > MOST_MM_PER_DAY:
+        return Doubt.GROWTH
+    sd_mm = growth.sd_mm or noise.growth_sd_mm(growth.start_mm, growth.end_mm)
+    return Doubt.SHRUNK if growth.grown_mm < -SHRUNK_SD * sd_mm else None
+
+
+def may_be_reference(doubts: Iterable[Doubt]) -> bool:
+    """Whether one of the fastest with these doubts counts; what shrank is never among them."""
+    return all(doubt is Doubt.SHRUNK for doubt in doubts)
+
+
+def doubts_told(
+    fruitlet: FruitletRecord, days: Sequence[date], source: Source = Source.CAMERA
+) -> Iterator[str]:
     """All that is doubtful about its sizes on these days, such as "53 % sure on 2026-05-14"."""
-    sized = [(day, seen) for day in days if (seen := fruitlet.sightings.get(day)) is not None]
-    before: tuple[date, float] | None = None
-    for day, seen in sized:
+    seen_on = [(day, seen) for day in days if (seen := fruitlet.sightings.get(day)) is not None]
+    before: Measured | None = None
+    for day, seen in seen_on:
         if seen.diameter_mm is None:
             continue
         if is_doubtful(seen):
             yield f"{seen.confidence * 100:.0f} % sure on {day}"
-        if before is not None:
-            rate = (seen.diameter_mm - before[1]) / (day - before[0]).days
-            if rate > MOST_MM_PER_DAY:
-                yield f"{rate:.1f} mm/day to {day}, which no fruitlet grows"
-        before = day, seen.diameter_mm
+        growth = growth_of(before, (day, seen))
+        if growth is not None and (told := _told(growth, day, NOISE[source])):
+            yield told
+        before = day, seen
+
+
+def _told(growth: Growth, day: date, noise: SizingNoise) -> str:
+    match growth_doubt(growth, noise):
+        case Doubt.GROWTH:
+            return f"{growth.rate_mm_per_day:.1f} mm/day to {day}, which no fruitlet grows"
+        case Doubt.SHRUNK:
+            return f"{-growth.grown_mm:.1f} mm less on {day}, which no fruitlet shrinks"
+        case _:
+            return ""

@@ -2,39 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 
 import numpy as np
 
-from fieldcam.growth.doubts import MOST_MM_PER_DAY, Doubt, is_doubtful
+from fieldcam.growth.doubts import Doubt, growth_doubt, is_doubtful, may_be_reference
+from fieldcam.growth.grown import Growth, ends_of, growth_of
+from fieldcam.growth.noise import NOISE
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Source
 from fieldcam.growth.visits import BlockVisit, visits_of
 
 OUTLIER_Z = 3.0
 """Sizes this far from their visit's mean are left out (paper, "Fruitlet Sizing")."""
 _HANGING = (Presence.SIZED, Presence.SEEN)
-_RATE_DIGITS = 9
-
-
-@dataclass(frozen=True, slots=True)
-class Growth:
-    """A fruitlet's two sizes, each with the fruitlet's own day."""
-
-    start_mm: float
-    end_mm: float
-    days: int
-
-    @property
-    def rate_mm_per_day(self) -> float:
-        """Rounded where binary fractions end, so that a tie of written sizes is a tie."""
-        return round((self.end_mm - self.start_mm) / self.days, _RATE_DIGITS)
-
-    @property
-    def impossible(self) -> bool:
-        """Shrinking never is: what the tree gives up shrinks, and calipers slip."""
-        return self.rate_mm_per_day > MOST_MM_PER_DAY
+Key = tuple[int, str]
+"""Tag and name of a fruitlet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +28,14 @@ class Followed:
     fruitlet: FruitletRecord
     growth: Growth | None
     """Where both sizes are known, none is an outlier, and it is possible."""
+    late: bool
+    """It was not seen on the block's first visit."""
     new: bool
-    """It was not there on the block's first visit."""
+    """It is not among the initial ones: nothing says that it hung on the first visit, or its
+    cluster was not tagged then."""
     ignored: bool
-    """It has no size up to the first of the two visits, one that is an outlier, or two that
-    no growth explains."""
+    """It has an outlier, or two sizes that no growth explains; by calipers, it has no size up
+    to the first of the two visits."""
     fallen: bool
     """False where its cluster was missed: it leaves both counts with the others of it."""
     hangs: bool
@@ -58,78 +45,113 @@ class Followed:
     """About the growth between its two sizes, be it counted or not."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Interval:
+    """Two visits of a block, and what holds for all its fruitlets between them."""
+
+    block: BlockRecord
+    first: BlockVisit
+    """Of the block."""
+    visits: tuple[BlockVisit, ...]
+    """Those that give sizes, from the first of the two to the second."""
+    outliers: Mapping[BlockVisit, frozenset[Key]]
+    missed: frozenset[int]
+    """Clusters."""
+
+    @property
+    def start(self) -> BlockVisit:
+        return self.visits[0]
+
+    @property
+    def end(self) -> BlockVisit:
+        return self.visits[-1]
+
+
 def follow(block: BlockRecord, start: BlockVisit, end: BlockVisit) -> tuple[Followed, ...]:
     """Every fruitlet of which something is known up to `end`."""
-    first = visits_of(block)[0]
-    outliers = _outliers(block, start) | _outliers(block, end)
-    missed = _missed(block, start) | _missed(block, end)
+    visits = visits_between(block, start, end)
+    interval = _Interval(
+        block,
+        visits_of(block)[0],
+        visits,
+        {visit: _outliers(block, visit) for visit in visits},
+        _missed(block, start) | _missed(block, end),
+    )
     return tuple(
-        _followed(
-            fruitlet,
-            first,
-            start,
-            end,
-            outlier=(fruitlet.tag_id, fruitlet.fruitlet) in outliers,
-            missed=fruitlet.tag_id in missed,
-        )
+        _followed(fruitlet, interval)
         for fruitlet in block.fruitlets
         if any(day <= end.days[-1] for day in fruitlet.sightings)
     )
 
 
-def _followed(
-    fruitlet: FruitletRecord,
-    first: BlockVisit,
-    start: BlockVisit,
-    end: BlockVisit,
-    outlier: bool,
-    missed: bool,
-) -> Followed:
-    fallen = not missed and _fell_by(fruitlet, end.days[-1])
-    growth = None if fallen else growth_between(fruitlet, start, end)
-    wrong = outlier or (growth is not None and growth.impossible)
-    began = first.sighting(fruitlet)
-    ended = end.sighting(fruitlet)
+def visits_between(
+    block: BlockRecord, start: BlockVisit, end: BlockVisit
+) -> tuple[BlockVisit, ...]:
+    """The visits whose sizes tell growth, the two among them.
+
+    What a camera shows later was small or hidden before: it is judged by the widest interval
+    that is known of it. An empty cell of a caliper table says nothing of the kind.
+    """
+    if block.source is Source.CALIPERS:
+        return start, end
+    return tuple(v for v in visits_of(block) if start.first <= v.first <= end.first)
+
+
+def _followed(fruitlet: FruitletRecord, interval: _Interval) -> Followed:
+    by_camera = interval.block.source is Source.CAMERA
+    missed = fruitlet.tag_id in interval.missed
+    fallen = not missed and _fell_by(fruitlet, interval.end.days[-1])
+    growth = None if fallen or missed else growth_of(*ends_of(fruitlet, interval.visits))
+    doubts = tuple(_doubts(fruitlet, growth, interval))
+    wrong = Doubt.GROWTH in doubts or _is_outlier(fruitlet, interval)
+    late = not _hung(fruitlet, interval.first)
     return Followed(
         fruitlet,
         growth=None if wrong else growth,
-        new=began is None or began[1].presence not in _HANGING,
-        ignored=wrong or not _sized_by(fruitlet, start.days[-1]),
+        late=late,
+        new=late and not (by_camera and fruitlet.tag_id in interval.first.clusters),
+        ignored=wrong or not (by_camera or _sized_by(fruitlet, interval.start.days[-1])),
         fallen=fallen,
-        hangs=ended is not None and ended[1].presence in _HANGING,
-        sized_at_start=_size(fruitlet, start) is not None,
-        doubts=tuple(_doubts(fruitlet, start, end)),
+        hangs=_hung(fruitlet, interval.end),
+        sized_at_start=_size(fruitlet, interval.start) is not None,
+        doubts=doubts,
     )
 
 
-def _doubts(fruitlet: FruitletRecord, start: BlockVisit, end: BlockVisit) -> Iterator[Doubt]:
-    growth, ended = growth_between(fruitlet, start, end), end.sighting(fruitlet)
-    if growth is not None and ended is not None and is_doubtful(ended[1]):
+def _doubts(
+    fruitlet: FruitletRecord, growth: Growth | None, interval: _Interval
+) -> Iterator[Doubt]:
+    ended = interval.end.sighting(fruitlet)
+    if growth is None or ended is None:
+        return
+    if is_doubtful(ended[1]):
         yield Doubt.MATCH
-    if growth is not None and growth.impossible:
-        yield Doubt.GROWTH
+    if doubt := growth_doubt(growth, NOISE[interval.block.source]):
+        yield doubt
+
+
+def _is_outlier(fruitlet: FruitletRecord, interval: _Interval) -> bool:
+    """Whether the size that it starts from is one, or that on the second of the two visits."""
+    sized = [visit for visit in interval.visits if _size(fruitlet, visit) is not None]
+    key = fruitlet.tag_id, fruitlet.fruitlet
+    return any(key in interval.outliers[visit] for visit in {*sized[:1], interval.end})
 
 
 def growth_of_sure(followed: Sequence[Followed]) -> list[Growth]:
     """Of whom the reference is made: no doubtful match is among them, but where all are."""
     known = [(each.growth, each.doubts) for each in followed if each.growth is not None]
-    sure = [growth for growth, doubts in known if not doubts]
+    sure = [growth for growth, doubts in known if may_be_reference(doubts)]
     return sure or [growth for growth, _ in known]
 
 
-def growth_between(fruitlet: FruitletRecord, start: BlockVisit, end: BlockVisit) -> Growth | None:
-    """From its two sizes, whatever they are; None where one is not known."""
-    before, after = _size(fruitlet, start), _size(fruitlet, end)
-    if before is None or after is None:
-        return None
-    return Growth(before[1], after[1], (after[0] - before[0]).days)
-
-
-def _size(fruitlet: FruitletRecord, visit: BlockVisit) -> tuple[date, float] | None:
+def _size(fruitlet: FruitletRecord, visit: BlockVisit) -> float | None:
     found = visit.sighting(fruitlet)
-    if found is None or found[1].diameter_mm is None:
-        return None
-    return found[0], found[1].diameter_mm
+    return None if found is None else found[1].diameter_mm
+
+
+def _hung(fruitlet: FruitletRecord, visit: BlockVisit) -> bool:
+    found = visit.sighting(fruitlet)
+    return found is not None and found[1].presence in _HANGING
 
 
 def _sized_by(fruitlet: FruitletRecord, day: date) -> bool:
@@ -164,12 +186,12 @@ def _last_certain(fruitlet: FruitletRecord, day: date) -> Presence | None:
     return max(certain)[1] if certain else None
 
 
-def _outliers(block: BlockRecord, visit: BlockVisit) -> frozenset[tuple[int, str]]:
-    """Tag and name of fruitlets whose size the camera got wrong; calipers are taken as read."""
+def _outliers(block: BlockRecord, visit: BlockVisit) -> frozenset[Key]:
+    """Fruitlets whose size the camera got wrong; calipers are taken as read."""
     if block.source is not Source.CAMERA:
         return frozenset()
     sizes = {
-        (each.tag_id, each.fruitlet): size[1]
+        (each.tag_id, each.fruitlet): size
         for each in block.fruitlets
         if (size := _size(each, visit)) is not None
     }

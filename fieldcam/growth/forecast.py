@@ -17,7 +17,8 @@ import numpy as np
 
 from fieldcam.errors import BadInput
 from fieldcam.growth.doubts import MOST_MM_PER_DAY, Doubt
-from fieldcam.growth.following import Followed, follow, growth_between, growth_of_sure
+from fieldcam.growth.following import Followed, follow, growth_of_sure
+from fieldcam.growth.grown import Growth
 from fieldcam.growth.noise import NOISE
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
 from fieldcam.growth.reference import FASTEST, Reference, mean_of_fastest
@@ -35,9 +36,11 @@ class State(StrEnum):
     NOT_SEEN = "not_seen"
     """It has no growth rate, and is not known to have fallen."""
     NEW = "new"
-    """It was first seen after the block's first visit, and is not among the initial ones."""
+    """By calipers, it has no size on the block's first visit; by camera, its cluster was tagged
+    later. It is not among the initial ones."""
     IGNORED = "ignored"
-    """It has no first size, an outlier, or impossible growth; it is not among the initial ones."""
+    """It has an outlier or impossible growth; by calipers, no size up to the first of the two
+    visits. It is not among the initial ones."""
 
 
 _JUDGED = (State.PERSIST, State.ABSCISE, State.FALLEN)
@@ -45,18 +48,28 @@ _JUDGED = (State.PERSIST, State.ABSCISE, State.FALLEN)
 
 @dataclass(frozen=True, slots=True)
 class FruitletForecast:
-    """One fruitlet; `rate_mm_per_day` is None without two sizes that count."""
+    """One fruitlet."""
 
     fruitlet: FruitletRecord
-    rate_mm_per_day: float | None
+    growth: Growth | None
+    """None without two sizes that count."""
     state: State
     doubts: tuple[Doubt, ...] = ()
 
     @property
+    def rate_mm_per_day(self) -> float | None:
+        return None if self.growth is None else self.growth.rate_mm_per_day
+
+    @property
     def sizes_mm(self) -> Mapping[date, float]:
         """All its sizes by day."""
-        sized = sorted(self.fruitlet.sightings.items(), key=lambda entry: entry[0])
-        return {day: seen.diameter_mm for day, seen in sized if seen.diameter_mm is not None}
+        seen_on = self.fruitlet.seen_on
+        return {day: seen.diameter_mm for day, seen in seen_on if seen.diameter_mm is not None}
+
+    @property
+    def sds_mm(self) -> Mapping[date, float]:
+        """Standard deviations of its sizes by day, as far as they are known."""
+        return {day: seen.sd_mm for day, seen in self.fruitlet.seen_on if seen.sd_mm is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +116,7 @@ class Forecast:
 
     @property
     def ignored(self) -> int:
-        """Fruitlets of the first visit that are not among the initial ones.
-
-        They have no size up to the first of the two visits, an outlier, or two sizes that no
-        growth explains: together with them the initial ones are as many for all pairs of visits.
-        """
+        """Fruitlets that would be among the initial ones, if they could be judged."""
         return sum(each.state is State.IGNORED for each in self.fruitlets)
 
     @property
@@ -202,29 +211,27 @@ def _reference(source: Source, rates: np.ndarray, resampled: Resampled) -> Refer
 
 
 def _judged(followed: Followed, cutoff_mm_per_day: float) -> FruitletForecast:
-    growth = followed.growth
-    rate = None if growth is None else growth.rate_mm_per_day
-    state = _state(followed, rate, cutoff_mm_per_day)
-    return FruitletForecast(followed.fruitlet, rate, state, followed.doubts)
+    state = _state(followed, cutoff_mm_per_day)
+    return FruitletForecast(followed.fruitlet, followed.growth, state, followed.doubts)
 
 
-def _state(followed: Followed, rate: float | None, cutoff_mm_per_day: float) -> State:
+def _state(followed: Followed, cutoff_mm_per_day: float) -> State:
     if followed.new:
         return State.NEW
     if followed.ignored:
         return State.IGNORED
     if followed.fallen:
         return State.FALLEN
-    if rate is None:
+    if followed.growth is None:
         return State.NOT_SEEN
-    return State.PERSIST if rate > cutoff_mm_per_day else State.ABSCISE
+    persists = followed.growth.rate_mm_per_day > cutoff_mm_per_day
+    return State.PERSIST if persists else State.ABSCISE
 
 
 def _why_none(
     block: BlockRecord, followed: Sequence[Followed], start: BlockVisit, end: BlockVisit
 ) -> str:
-    grown = [growth_between(each.fruitlet, start, end) for each in followed]
-    if any(growth is not None and growth.impossible for growth in grown):
+    if any(Doubt.GROWTH in each.doubts for each in followed):
         return (
             f"All fruitlets of block {block.name} that have a size both on {start} and on {end}"
             f" grew more than {MOST_MM_PER_DAY} mm/day. Are the sizes in mm, and the dates right?"

@@ -8,6 +8,7 @@ from itertools import islice
 
 import numpy as np
 
+from fieldcam.growth.doubts import may_be_reference
 from fieldcam.growth.forecast import Counts, Forecast, FruitletForecast, State, counts_of
 from fieldcam.growth.reference import FASTEST, PERSISTS_ABOVE, mean_of_fastest
 from fieldcam.values import Floats
@@ -58,7 +59,7 @@ class _Rates:
             for each in found.fruitlets
             if each.rate_mm_per_day is not None
         ]
-        sure = [(rate, tag) for rate, tag, doubts in known if not doubts]
+        sure = [(rate, tag) for rate, tag, doubts in known if may_be_reference(doubts)]
         judged = np.sort(np.array(_judged_rates(found.fruitlets), np.float64))
         fastest = sure or [(rate, tag) for rate, tag, _ in known]
         return cls(sorted(fastest, reverse=True), judged)

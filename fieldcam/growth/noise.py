@@ -34,6 +34,11 @@ class SizingNoise:
         """(N, parts) standard deviations of N sizes, mm."""
         return np.array(self.sds_mm)[np.digitize(diameters_mm, self.limits_mm)]
 
+    def growth_sd_mm(self, start_mm: float, end_mm: float) -> float:
+        """Standard deviation of the difference of two sizes, all parts together."""
+        sds = self.of(np.array([start_mm, end_mm]))
+        return float(np.sqrt((sds**2 @ np.array(self.shares)).sum()))
+
     def drawn(self, rng: np.random.Generator, diameters_mm: Floats) -> Floats:
         """(N,) errors of one measurement each, mm."""
         parts = rng.choice(len(self.shares), diameters_mm.size, p=self.shares)

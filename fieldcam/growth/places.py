@@ -7,6 +7,7 @@ from datetime import date
 from enum import StrEnum
 
 from fieldcam.growth.records import Sighting
+from fieldcam.growth.size_rule import SizeRule
 from fieldcam.values import ClusterReading, Points
 
 
@@ -17,13 +18,10 @@ class Association(StrEnum):
     PAPER = "paper"
     SIZE_ORDER = "size-order"
 
-
-class SizeRule(StrEnum):
-    """Which size counts where two pictures of one day show a fruitlet."""
-
-    LARGER = "larger"
-    """As in the paper."""
-    BETTER_SEEN = "better-seen"
+    @property
+    def size_rule(self) -> SizeRule:
+        """Which size it takes where nobody chose another rule."""
+        return SizeRule.LARGER if self is Association.PAPER else SizeRule.BETTER_KNOWN
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -41,10 +39,11 @@ class Seen:
 
     place: Place
     diameter_mm: float | None
+    sd_mm: float | None
+    """Standard deviation of the diameter; None where it is unknown."""
     center_mm: tuple[float, float, float]
     """Middle of the fruitlet in the camera frame of its picture."""
     cloud_mm: Points
-    visible_fraction: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,7 @@ Calipers and cameras both end here, so that the model knows only one kind of inp
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from datetime import date
 from enum import StrEnum
@@ -40,6 +40,8 @@ class Sighting:
     """Exactly where `presence` is SIZED."""
     confidence: float = 1.0
     """That this is the same fruitlet as on the visits before, 0 to 1."""
+    sd_mm: float | None = None
+    """Standard deviation of the size; None where it is unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,11 @@ class FruitletRecord:
     fruitlet: str
     """Its name in the cluster: "1", "2" ..., or what the caliper table calls it."""
     sightings: Mapping[date, Sighting]
+
+    @property
+    def seen_on(self) -> Sequence[tuple[date, Sighting]]:
+        """Its sightings by rising days."""
+        return sorted(self.sightings.items(), key=lambda entry: entry[0])
 
 
 def fruit_name(written: str) -> str:

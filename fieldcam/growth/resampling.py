@@ -21,6 +21,7 @@ from fieldcam.growth.deconvolution import (
     likelihoods,
     rate_grid,
 )
+from fieldcam.growth.doubts import may_be_reference
 from fieldcam.growth.following import Followed
 from fieldcam.growth.noise import SizingNoise
 from fieldcam.growth.reference import PERSISTS_ABOVE, weighted_means_of_fastest
@@ -96,17 +97,17 @@ def _imputed(
 ) -> tuple[Floats, Floats]:
     """(R, N) rates, minus infinity for what has fallen; and how many each one stands for.
 
-    New ones stand for all that were not seen at first. Those of them that fell since never
-    show, so what is known of the others is not typical.
+    Late ones stand for all that were not seen at first: those of them that fell before anybody
+    saw them never show. What is known of new ones is not typical, as they are not counted.
     """
     growth = [each.growth for each in followed if each.growth is not None]
     grid = rate_grid(growth, noise)
     likelihood = likelihoods(growth, noise, grid)
     grown = np.array([each.growth is not None for each in followed])
     fallen = np.array([each.fallen for each in followed])
-    new = np.array([each.new for each in followed])
-    unknown = new | ~(grown | fallen)
-    hangs = np.array([each.hangs for each in followed]) & ~new
+    late = np.array([each.late for each in followed])
+    unknown = np.array([each.new for each in followed]) | ~(grown | fallen)
+    may_fall = late | unknown & ~np.array([each.hangs for each in followed])
     distribution = distributions(likelihood, weights[:, grown])
     rates = np.full(weights.shape, _FALLEN)
     shares = weights[:, grown] / weights[:, grown].sum(axis=1, keepdims=True)
@@ -115,8 +116,8 @@ def _imputed(
     none = np.zeros((len(weights), len(anything)))
     rates[:, unknown] = drawn_rates(rng, distribution, anything, none, grid)
     share_fallen = _share_fallen(followed, weights)[:, None]
-    rates[(rng.random(weights.shape) < share_fallen) & unknown & ~hangs] = _FALLEN
-    return rates, np.where(new, 1.0 / (1.0 - share_fallen), 1.0)
+    rates[(rng.random(weights.shape) < share_fallen) & may_fall] = _FALLEN
+    return rates, np.where(late, 1.0 / (1.0 - share_fallen), 1.0)
 
 
 def _share_fallen(followed: Sequence[Followed], weights: Floats) -> Floats:
@@ -133,7 +134,7 @@ def _sum_where(weights: Floats, chosen: BoolMask) -> Floats:
 
 def _in_reference(followed: Sequence[Followed]) -> BoolMask:
     """(N,) who is not a doubtful match; all where nobody else has a rate."""
-    sure = np.array([not each.doubts for each in followed])
+    sure = np.array([may_be_reference(each.doubts) for each in followed])
     grown = np.array([each.growth is not None for each in followed])
     return sure if (sure & grown).any() else np.ones(len(followed), np.bool_)
 

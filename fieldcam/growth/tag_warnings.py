@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from statistics import median
 
+from fieldcam.growth.doubts import Doubt
 from fieldcam.growth.forecast import Forecast, FruitletForecast, State
 from fieldcam.growth.records import Presence, Source
 from fieldcam.growth.visits import BlockVisit, visits_of
 from fieldcam.words import number_of
 
-SHRUNK_MM = 0.7
-"""By so much hardly any fruitlet seems to shrink through measuring errors alone."""
 MOST_SHRUNK_MM = 1.0
 """Of a cluster's median fruitlet: more than any measuring error."""
 FEWEST = 2
@@ -25,7 +24,7 @@ Hanging = Mapping[BlockVisit, frozenset[str]]
 
 def mixed_up_clusters(found: Forecast) -> str | None:
     """A tag that hangs at another cluster than before shows other fruitlets."""
-    odd = [str(tag) for tag, each in _by_tag(found).items() if _are_others(each, found.days)]
+    odd = [str(tag) for tag, each in _by_tag(found).items() if _are_others(each)]
     if not odd:
         return None
     return (
@@ -120,9 +119,9 @@ def _are_strangers(some: frozenset[str], others: frozenset[str]) -> bool:
     return len(some & others) <= STRANGE_SHARE * min(len(some), len(others))
 
 
-def _are_others(fruitlets: Sequence[FruitletForecast], days: float) -> bool:
-    grown_mm = [e.rate_mm_per_day * days for e in fruitlets if e.rate_mm_per_day is not None]
-    shrunk = sum(mm < -SHRUNK_MM for mm in grown_mm)
+def _are_others(fruitlets: Sequence[FruitletForecast]) -> bool:
+    grown_mm = [each.growth.grown_mm for each in fruitlets if each.growth is not None]
+    shrunk = sum(Doubt.SHRUNK in each.doubts for each in fruitlets)
     half = max(FEWEST, len(grown_mm) / 2)
     return shrunk >= half or bool(grown_mm and median(grown_mm) < -MOST_SHRUNK_MM)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import accumulate
 
 import numpy as np
@@ -14,21 +15,24 @@ from fieldcam.growth.places import (
     Association,
     ClusterVisit,
     Seen,
-    SizeRule,
     Track,
     TrackedVisit,
     Word,
 )
 from fieldcam.growth.records import Presence, Sighting
+from fieldcam.growth.size_rule import SizeRule, sighting_of
 
 
 def track(
     visits: Sequence[ClusterVisit],
     method: Association = Association.GEOMETRY,
     words: Sequence[Word] = (),
-    size_rule: SizeRule = SizeRule.LARGER,
+    size_rule: SizeRule | None = None,
 ) -> tuple[Track, ...]:
-    """Each fruitlet of a cluster on all visits (rising days) from its first sight on."""
+    """Each fruitlet of a cluster on all visits (rising days) from its first sight on.
+
+    `size_rule` is that of the method where it is not named.
+    """
     pictures = pictures_of(visits)
     certainties = compare(pictures, method)
     fruitlets = _fruitlets(pictures, log_odds(pictures, certainties, words))
@@ -37,8 +41,9 @@ def track(
     else:
         chances = _undecided(visits, pictures, fruitlets)
     fates = presences(visits, pictures, fruitlets, chances)
+    rule = size_rule or method.size_rule
     return tuple(
-        _track(number, visits, pictures, shown, fate, certainties, words, size_rule)
+        _track(number, visits, pictures, shown, fate, certainties, words, rule)
         for number, (shown, fate) in enumerate(zip(fruitlets, fates, strict=True), start=1)
     )
 
@@ -104,16 +109,9 @@ def _track(
 def _sighting(
     seen: Sequence[Seen], fallen: bool, confidence: float, size_rule: SizeRule
 ) -> Sighting:
-    sized = [s for s in seen if s.diameter_mm is not None]
     if fallen:
         return Sighting(Presence.FALLEN, None, confidence)
-    if not sized:
-        return Sighting(Presence.SEEN, None, confidence)
-    if size_rule is SizeRule.LARGER:
-        chosen = max(sized, key=lambda s: s.diameter_mm or 0.0)
-    else:
-        chosen = max(sized, key=lambda s: s.visible_fraction)
-    return Sighting(Presence.SIZED, chosen.diameter_mm, confidence)
+    return replace(sighting_of(seen, size_rule), confidence=confidence)
 
 
 def _confidence(here: Shown, shown: Shown, certainties: ByPair) -> float:

@@ -9,7 +9,7 @@ from statistics import mean
 
 from fieldcam.growth.date_warnings import doubtful_dates
 from fieldcam.growth.doubts import MOST_MM_PER_DAY, SURE, Doubt
-from fieldcam.growth.forecast import Forecast, FruitletForecast, State
+from fieldcam.growth.forecast import Forecast, State
 from fieldcam.growth.records import FruitletRecord, Source
 from fieldcam.growth.reference import FASTEST
 from fieldcam.growth.sprays import Spray, last_spray
@@ -28,7 +28,6 @@ LEAST_DAYS_AFTER_SPRAY = 9
 FEWEST_CLUSTERS = 50
 MOST_NOT_SEEN = 0.1
 REFERENCE_MM_PER_DAY = (0.3, 1.5)
-LEAST_MM_PER_DAY = -1.0
 MOST_APART_POINTS = 3.0
 Check = Callable[[Forecast], str | None]
 
@@ -80,13 +79,7 @@ def _short_interval(found: Forecast) -> str | None:
 
 
 def _small_fruit(found: Forecast) -> str | None:
-    start_mm = mean(
-        size[1].diameter_mm
-        for each in found.fruitlets
-        if each.rate_mm_per_day is not None
-        and (size := found.start.sighting(each.fruitlet)) is not None
-        and size[1].diameter_mm is not None
-    )
+    start_mm = mean(each.growth.start_mm for each in found.fruitlets if each.growth is not None)
     if start_mm >= LEAST_START_MM:
         return None
     return (
@@ -188,30 +181,28 @@ def _odd_reference(found: Forecast) -> str | None:
 
 
 def _odd_growth(found: Forecast) -> str | None:
-    fast = [each.fruitlet for each in found.fruitlets if _too_fast(each)]
-    shrunk = [
-        each.fruitlet
-        for each in found.fruitlets
-        if each.rate_mm_per_day is not None and each.rate_mm_per_day < LEAST_MM_PER_DAY
-    ]
     sentences = [
-        f"{number_of(len(odd), 'fruitlet')} grew {limit} mm/day, which no fruitlet does;"
-        f" {counted}: {named(list(map(_name, odd)))}."
-        for odd, limit, counted in (
-            (fast, f"more than {MOST_MM_PER_DAY}", "left out, since a size must be wrong"),
-            (shrunk, f"less than {LEAST_MM_PER_DAY:.0f}", "counted as falling"),
+        f"{number_of(len(odd), 'fruitlet')} {did}, which no fruitlet does; {counted}:"
+        f" {named(list(map(_name, odd)))}."
+        for odd, did, counted in (
+            (
+                _doubted(found, Doubt.GROWTH, State.IGNORED),
+                f"grew more than {MOST_MM_PER_DAY} mm/day",
+                "left out, since a size must be wrong",
+            ),
+            (
+                _doubted(found, Doubt.SHRUNK, State.ABSCISE),
+                "shrank by more than measuring errors",
+                "counted as falling, though a size or the match may be wrong",
+            ),
         )
         if odd
     ]
     return " ".join(sentences) or None
 
 
-def _too_fast(each: FruitletForecast) -> bool:
-    return each.state is State.IGNORED and Doubt.GROWTH in each.doubts
-
-
 def _doubtful_matches(found: Forecast) -> str | None:
-    doubtful = [each.fruitlet for each in found.fruitlets if Doubt.MATCH in each.doubts]
+    doubtful = _doubted(found, Doubt.MATCH)
     if not doubtful:
         return None
     return (
@@ -219,6 +210,15 @@ def _doubtful_matches(found: Forecast) -> str | None:
         f" {named(list(map(_name, doubtful)))}. The reference is made without them; look at them on"
         " Two days."
     )
+
+
+def _doubted(found: Forecast, doubt: Doubt, state: State | None = None) -> list[FruitletRecord]:
+    """Whom a doubt is about; of one state only where it is named."""
+    return [
+        each.fruitlet
+        for each in found.fruitlets
+        if doubt in each.doubts and state in (None, each.state)
+    ]
 
 
 def _name(fruitlet: FruitletRecord) -> str:

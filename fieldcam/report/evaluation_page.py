@@ -44,7 +44,8 @@ PAPER_FORECASTS = (
 )
 METHOD = (
     "Fruit by camera and by calipers are matched by the names that were given to them in the"
-    " pictures, never by size. Where two pictures of a day show a fruit, its larger size counts.",
+    " pictures, never by size. Where two pictures of a day show a fruit, its better-known size"
+    " counts: that of the smaller standard deviation, and the larger one where it is unknown.",
     f"Sizes by camera {OUTLIER_Z:g} or more standard deviations from their day's mean are left"
     " out of all figures but the share that was sized.",
     "R² is that of a straight line fitted to camera over calipers, as in the paper. It says how"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from datetime import date
 
 from fieldcam.growth.crop import Verdict
 from fieldcam.growth.doubts import SURE, Doubt, doubts_told
+from fieldcam.growth.following import visits_between
 from fieldcam.growth.forecast import Forecast, FruitletForecast, State
+from fieldcam.growth.grown import Measured, ends_of
 from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.records import Source
@@ -25,7 +26,7 @@ from fieldcam.report.page import (
     section,
     table,
 )
-from fieldcam.words import number_of, signed, span
+from fieldcam.words import give_or_take, number_of, signed, span
 
 PNG = b"\x89PNG"
 """How such a file begins; all other pictures are JPEG."""
@@ -117,7 +118,7 @@ def _counts(growth: Outlook) -> Html:
         ["Fruitlets on the first visit", str(counts.initial)],
         ["of these, stay", str(counts.persist)],
         ["of these, fall", f"{counts.abscise} ({counts.fallen} of them fallen)"],
-        ["of these, without a size on both visits, left out", str(counts.not_seen)],
+        ["of these, without a growth rate, left out", str(counts.not_seen)],
         ["besides these, without a first size or with an odd one", str(found.ignored)],
         ["Set of the tagged clusters", f"{found.set_pct:.1f} % ({span(found.interval90_pct)} %)"],
         ["Set of all trees like them", _of_trees(found)],
@@ -145,7 +146,7 @@ def _trend_section(growth: Outlook) -> Html:
 def _rate_section(found: Forecast) -> Html:
     caption = (
         f"Who grows more than the cutoff stays. Without a rate: {found.counts.fallen} fallen and"
-        f" {found.counts.not_seen} without a size on both visits."
+        f" {found.counts.not_seen} left out."
     )
     return section("Growth rates", figure(rate_histogram(found), caption))
 
@@ -191,23 +192,31 @@ def _cluster_row(
 
 
 def _fruitlet(each: FruitletForecast, found: Forecast) -> str:
-    sizes = (_size(each, visit.days) for visit in (found.start, found.end))
-    grown = " \N{RIGHTWARDS ARROW} ".join(sizes)
-    days = [*found.start.days, *found.end.days]
-    doubts = "; ".join(doubts_told(each.fruitlet, days)) if each.doubts else ""
-    return f"{each.fruitlet.fruitlet}: {grown} {STATES[each.state]}" + (
-        f" (doubtful: {doubts})" if doubts else ""
-    )
+    visits = visits_between(found.block, found.start, found.end)
+    began, ended = ends_of(each.fruitlet, visits)
+    later = began is not None and began[0] not in found.start.days
+    since = f" ({began[0]:%d %b})" if began is not None and later else ""
+    grown = f"{_size(began)}{since} \N{RIGHTWARDS ARROW} {_size(ended)}"
+    doubtful = f" (doubtful: {_doubts(each, found, began, ended)})" if each.doubts else ""
+    return f"{each.fruitlet.fruitlet}: {grown} {STATES[each.state]}{doubtful}"
+
+
+def _doubts(
+    each: FruitletForecast, found: Forecast, began: Measured | None, ended: Measured | None
+) -> str:
+    days = [known[0] for known in (began, ended) if known is not None]
+    return "; ".join(doubts_told(each.fruitlet, days, found.block.source))
 
 
 def _lines(lines: Iterable[str]) -> Html:
     return element("span", Html("<br>".join(map(escaped, lines))), "lines")
 
 
-def _size(each: FruitletForecast, days: Sequence[date]) -> str:
-    sizes = each.sizes_mm
-    last = next((sizes[day] for day in reversed(days) if day in sizes), None)
-    return "\N{EN DASH}" if last is None else f"{last:.1f}"
+def _size(known: Measured | None) -> str:
+    if known is None or known[1].diameter_mm is None:
+        return "\N{EN DASH}"
+    digits = 1 if known[1].sd_mm is None else 2
+    return f"{known[1].diameter_mm:.{digits}f}{give_or_take(known[1].sd_mm)}"
 
 
 def _picture(data: bytes, says: str) -> Html:
@@ -219,10 +228,7 @@ def _method(found: Forecast) -> Iterator[str]:
         "Fruitlet growth model (Greene et al. 2013): a fruitlet stays when it grows faster than"
         f" {PERSISTS_ABOVE:.0%} of the mean of the {FASTEST} fastest of the block."
     )
-    yield (
-        "The set is counted of all fruitlets of the block's first visit: those that have fallen"
-        " stay in it, those without a size on both visits are left out of both counts."
-    )
+    yield _counted(found)
     yield (
         "The interval of the tagged clusters is what measuring errors leave open; that of all"
         " trees also holds the chance of which clusters were tagged."
@@ -235,6 +241,18 @@ def _method(found: Forecast) -> Iterator[str]:
             f"As measured, the fastest grew {measured:.2f} mm/day; the reference of {used:.2f}"
             " mm/day allows for measuring errors and for fruitlets that were not seen."
         )
+
+
+def _counted(found: Forecast) -> str:
+    late = (
+        ", also those that a later picture of their cluster shows first, since they were small or"
+        " hidden"
+    )
+    return (
+        "The set is counted of all fruitlets that hung on the block's first visit"
+        f"{late if found.block.source is Source.CAMERA else ''}: those that have fallen stay in"
+        " it, those without a growth rate are left out of both counts."
+    )
 
 
 def _visit(visit: BlockVisit) -> str:

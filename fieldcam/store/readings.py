@@ -57,6 +57,7 @@ def _size(fruitlet: FruitletForm) -> dict[str, Any]:
         "in_target": fruitlet.in_target,
         "cluster": fruitlet.cluster,
         "diameter_mm": fruitlet.diameter_mm,
+        "sd_mm": fruitlet.sd_mm,
         "x_px": x_px,
         "y_px": y_px,
         "area_px": fruitlet.mask.area_px,

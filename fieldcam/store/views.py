@@ -110,6 +110,7 @@ SELECT
     json_extract(size.value, '$.id') AS fruitlet,
     json_extract(size.value, '$.cluster') AS cluster,
     json_extract(size.value, '$.diameter_mm') AS diameter_mm,
+    json_extract(size.value, '$.sd_mm') AS sd_mm,
     coalesce(
         (
             SELECT target.cluster IS json_extract(size.value, '$.cluster')

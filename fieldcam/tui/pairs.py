@@ -6,20 +6,26 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 
-from fieldcam.growth.doubts import MOST_MM_PER_DAY, SURE
+from fieldcam.growth.doubts import SURE, Doubt, growth_doubt
+from fieldcam.growth.grown import Growth, sd_of_difference
+from fieldcam.growth.noise import NOISE
 from fieldcam.growth.places import Place, Track, TrackedVisit, Word
-from fieldcam.growth.records import Presence
+from fieldcam.growth.records import Presence, Source
 from fieldcam.session.state import Shown
 from fieldcam.store.rows.fruit import AssociationWord, MissingWord
 from fieldcam.store.rows.judgements import Answer
 from fieldcam.store.rows.row import EntryId
 from fieldcam.tui.sketch import letter_in, living
 from fieldcam.values import Fruitlet
+from fieldcam.words import give_or_take
 
 Pair = tuple[Shown, Shown]
 """The earlier picture and the later one."""
 IN_ANOTHER = "in another picture"
 NEITHER = "Neither of the two pictures shows a fruitlet of this cluster."
+NO_FRUIT = {Doubt.GROWTH: "grows", Doubt.SHRUNK: "shrinks"}
+LEAST_WIDTH = 9
+"""Of a column of sizes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +46,8 @@ class PairRow:
     """The operator's word made or confirmed the match, or said that there is none."""
     told: Answer | None = None
     """What the operator said of one that the later picture does not show."""
+    sds_mm: tuple[float | None, float | None] = (None, None)
+    """Standard deviations of the two sizes; None where unknown."""
 
     @property
     def doubtful(self) -> bool:
@@ -49,6 +57,13 @@ class PairRow:
     def missing(self) -> bool:
         """The later picture does not show it."""
         return self.other is None
+
+    def growth(self, elapsed_days: int) -> Growth | None:
+        """None without two sizes, or where both pictures are of one day."""
+        one, other = self.sizes_mm
+        if one is None or other is None or not elapsed_days:
+            return None
+        return Growth(one, other, elapsed_days, sd_of_difference(*self.sds_mm))
 
 
 def pairs_of(days: Sequence[Sequence[Shown]]) -> tuple[tuple[Pair, ...], ...]:
@@ -143,16 +158,16 @@ def pair_lines(
         yield NEITHER
         return
     days = [f"{shown.record.day:%d %b}" for shown in pair]
-    yield f"      {days[0]:>9}  {days[1]:>9}   mm a day"
+    sizes = [_sizes(row, pair) for row in rows]
+    width = max([LEAST_WIDTH, *(len(size) for of_row in sizes for size in of_row)])
+    yield f"      {days[0]:>{width}}  {days[1]:>{width}}   mm a day"
     elapsed = _elapsed(pair)
-    for row in rows:
+    for row, (one, other) in zip(rows, sizes, strict=True):
         mark = ">" if row.number == chosen else " "
-        sizes = "  ".join(
-            _size(shown, place, size).rjust(9)
-            for shown, place, size in zip(pair, (row.one, row.other), row.sizes_mm, strict=True)
-        )
-        said = _asked(row) if asked and row.missing else _said(row, days[0], elapsed)
-        yield f"{mark}{row.number:3}  {sizes}   {_rate(row, elapsed):8} {said}".rstrip()
+        growth = row.growth(elapsed)
+        said = _asked(row) if asked and row.missing else _said(row, days[0], growth)
+        grown = f"{one:>{width}}  {other:>{width}}   {_rate(growth):8}"
+        yield f"{mark}{row.number:3}  {grown} {said}".rstrip()
     for day, shown, fruitlets in zip(days, pair, alone, strict=True):
         for fruitlet in fruitlets:
             letter = letter_in(shown, fruitlet.id)
@@ -164,17 +179,22 @@ def _row(track: Track, pair: Pair) -> PairRow | None:
     if one is None and other is None:
         return None
     earlier, later = (_visit(track, shown) for shown in pair)
+    first, second = _fruitlet(pair[0], one), _fruitlet(pair[1], other)
     return PairRow(
         track.number,
         one,
         other,
-        (_diameter(pair[0], one), _diameter(pair[1], other)),
+        (_diameter(first), _diameter(second)),
         (
             None if earlier is None else earlier.sighting.presence,
             None if later is None else later.sighting.presence,
         ),
         1.0 if later is None or one is None or other is None else later.sighting.confidence,
         one is not None and other is not None and later is not None and later.by_hand,
+        sds_mm=(
+            None if first is None else first.sd_mm,
+            None if second is None else second.sd_mm,
+        ),
     )
 
 
@@ -200,11 +220,14 @@ def _place(track: Track, shown: Shown) -> Place | None:
     return next((place for place in visit.places if place.reading == reading.id), None)
 
 
-def _diameter(shown: Shown, place: Place | None) -> float | None:
+def _fruitlet(shown: Shown, place: Place | None) -> Fruitlet | None:
     if shown.reading is None or place is None:
         return None
-    found = (each.diameter_mm for each in shown.reading.fruitlets if each.id == place.fruitlet)
-    return next(found, None)
+    return next((each for each in shown.reading.fruitlets if each.id == place.fruitlet), None)
+
+
+def _diameter(fruitlet: Fruitlet | None) -> float | None:
+    return None if fruitlet is None else fruitlet.diameter_mm
 
 
 def _elapsed(pair: Pair) -> int:
@@ -212,29 +235,32 @@ def _elapsed(pair: Pair) -> int:
     return 0 if one is None or other is None else (other - one).days
 
 
-def _size(shown: Shown, place: Place | None, diameter_mm: float | None) -> str:
+def _sizes(row: PairRow, pair: Pair) -> tuple[str, str]:
+    one, other = (
+        _size(shown, place, size, sd)
+        for shown, place, size, sd in zip(
+            pair, (row.one, row.other), row.sizes_mm, row.sds_mm, strict=True
+        )
+    )
+    return one, other
+
+
+def _size(shown: Shown, place: Place | None, diameter_mm: float | None, sd_mm: float | None) -> str:
     if place is None:
         return "-"
-    size = "no size" if diameter_mm is None else f"{diameter_mm:5.2f}"
+    size = "no size" if diameter_mm is None else f"{diameter_mm:5.2f}{give_or_take(sd_mm)}"
     return f"{letter_in(shown, place.fruitlet)} {size}"
 
 
-def _mm_per_day(row: PairRow, elapsed_days: int) -> float | None:
-    one, other = row.sizes_mm
-    if one is None or other is None or not elapsed_days:
-        return None
-    return (other - one) / elapsed_days
+def _rate(growth: Growth | None) -> str:
+    return "" if growth is None else f"{growth.rate_mm_per_day:+.2f}"
 
 
-def _rate(row: PairRow, elapsed_days: int) -> str:
-    rate = _mm_per_day(row, elapsed_days)
-    return "" if rate is None else f"{rate:+.2f}"
-
-
-def _said(row: PairRow, first_day: str, elapsed_days: int) -> str:
+def _said(row: PairRow, first_day: str, growth: Growth | None) -> str:
     if row.one is not None and row.other is not None:
-        if (_mm_per_day(row, elapsed_days) or 0.0) > MOST_MM_PER_DAY:
-            return "? no fruit grows so"
+        doubt = None if growth is None else growth_doubt(growth, NOISE[Source.CAMERA])
+        if doubt in NO_FRUIT:
+            return f"? no fruit {NO_FRUIT[doubt]} so"
         if row.by_hand:
             return "by hand"
         return f"? {row.confidence:.0%} sure" if row.doubtful else ""

@@ -10,6 +10,7 @@ from fieldcam.store.queries.history import FruitletSeen, ReadingSummary
 from fieldcam.store.rows.judgements import MarkKind
 from fieldcam.tui.letters import BLOCK
 from fieldcam.tui.words import Words
+from fieldcam.words import give_or_take
 
 LONGEST_MM = 25.0
 """Of a full bar."""
@@ -18,7 +19,7 @@ BAR_COLOURS = ("foreground", "secondary")
 CHOSEN_COLOUR = "primary"
 THIN = "="
 WORDED = {MarkKind.KING: "king", MarkKind.HIDDEN: "hidden"}
-BAR_LEAST, WORDS = 6, 17
+BAR_LEAST, MARGIN = 6, 3
 
 
 class SizesView(Words):
@@ -76,28 +77,40 @@ class SizesView(Words):
         self.update(Text("\n").join(lines))
 
     def _line(self, seen: FruitletSeen, colour: str) -> Text:
-        mark = ">" if seen.id == self.chosen else " "
-        letter = "" if self._reading is None else self._reading.letter(seen.id)
-        if not seen.living:
-            gone = "fallen" if MarkKind.FALLEN in seen.marks else "struck out"
-            return Text(f"{mark}{letter:>3}  {gone}", "strike")
-        room = max(len(self._worded(each)) for each in self._target)
-        text = f"{mark}{letter:>3}  {_size(seen.diameter_mm)}{self._worded(seen)}"
-        longest = self.size.width - WORDS - room
+        text = self._told(seen)
+        if not _is_sized(seen):
+            return Text(text, "" if seen.living else "strike")
+        room = max(len(self._told(each)) for each in self._target if _is_sized(each))
+        longest = self.size.width - MARGIN - room
         if seen.diameter_mm is None or longest < BAR_LEAST:
             return Text(text)
         # Full blocks of neighbouring rows touch; without colours they would be one.
         glyph = THIN if self.app.no_color else BLOCK
         bar = glyph * max(1, round(min(1.0, seen.diameter_mm / LONGEST_MM) * longest))
-        padding = " " * (room - len(self._worded(seen)) + 1)
-        return Text(text + padding).append(bar, colour)
+        return Text(text.ljust(room + 1)).append(bar, colour)
+
+    def _told(self, seen: FruitletSeen) -> str:
+        """All but its bar."""
+        mark = ">" if seen.id == self.chosen else " "
+        letter = "" if self._reading is None else self._reading.letter(seen.id)
+        if not seen.living:
+            what = "fallen" if MarkKind.FALLEN in seen.marks else "struck out"
+        else:
+            what = _size(seen.diameter_mm, seen.sd_mm) + self._worded(seen)
+        return f"{mark}{letter:>3}  {what}"
 
     def _worded(self, seen: FruitletSeen) -> str:
         """Its marks and its name, beside its size."""
         words = [word for kind, word in WORDED.items() if kind in seen.marks]
         named = [self._names[seen.id]] if seen.id in self._names else []
-        return "".join(f" {word}" for word in [*words, *named]) if seen.living else ""
+        return "".join(f" {word}" for word in [*words, *named])
 
 
-def _size(diameter_mm: float | None) -> str:
-    return "seen, no size" if diameter_mm is None else f"{diameter_mm:5.2f} mm"
+def _is_sized(seen: FruitletSeen) -> bool:
+    return seen.living and seen.diameter_mm is not None
+
+
+def _size(diameter_mm: float | None, sd_mm: float | None = None) -> str:
+    if diameter_mm is None:
+        return "seen, no size"
+    return f"{diameter_mm:5.2f} mm{give_or_take(sd_mm)}"

@@ -66,7 +66,7 @@ def _certainty(day: date, fruitlet: FruitletRecord) -> str:
 
 
 def _doubts(record: BlockRecord, fruitlet: FruitletRecord) -> str:
-    return ", ".join(doubts_told(fruitlet, record.visits))
+    return ", ".join(doubts_told(fruitlet, record.visits, record.source))
 
 
 def _needs_states(record: BlockRecord) -> bool:

@@ -44,7 +44,7 @@ class _Ways:
     def __init__(self, first: Points, second: Points, days: float, p: Plausibility) -> None:
         self._a = first.centers_mm - first.centers_mm.mean(axis=0)
         self._b = second.centers_mm
-        self._sizes = first.diameters_mm, second.diameters_mm
+        self._of_sizes = p.size_log_odds(first, second, days)
         self._days, self._p = days, p
         self._guesses = first_guesses(first, second, days, p)
 
@@ -66,7 +66,7 @@ class _Ways:
     def _odds(self, poses: Poses) -> F64:
         """(H, N, M)"""
         gaps = poses.moved(self._a)[:, :, None] - self._b[None, None]
-        return self._p.log_odds(gaps, self._sizes, self._days)
+        return self._p.place_log_odds(gaps, self._days) + self._of_sizes
 
     def _promising(self, poses: Poses) -> Poses:
         odds = np.maximum(self._odds(poses), 0)

@@ -1,7 +1,8 @@
 """How likely two sightings are one fruitlet, against being two different ones.
 
 A log odds: its places differ by what stems, growth and measuring allow, and its sizes by
-what a fruitlet grows; two different ones lie anywhere in a cluster and have any size.
+what a fruitlet grows, which never shrinks; two different ones lie anywhere in a cluster and
+have any size.
 The values were measured on rendered blocks kept for choosing (`export.study_captures`).
 """
 
@@ -10,8 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import log_ndtr
 
-from fieldcam.growth.association.points import F64
+from fieldcam.growth.association.points import F64, Points
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +34,7 @@ class Plausibility:
     rate_mm_per_day: float = 0.45
     rate_sd_mm_per_day: float = 0.35
     size_sd_mm: float = 0.3
-    """Of one measured size."""
+    """Of one measured size, whatever less it says of itself: the worst errors go unnoticed."""
     reach_mm: float = 60.0
     """Side of the box that a cluster's fruitlets lie in."""
     size_range_mm: float = 8.0
@@ -47,19 +49,29 @@ class Plausibility:
         """Of the logarithm of how far the cluster's middles moved apart."""
         return 0.01 + self.spread_sd_per_day * abs(days)
 
-    def log_odds(self, gaps_mm: F64, sizes_mm: tuple[F64, F64], days: float) -> F64:
-        """(..., N, M) from gaps (..., N, M, 3) between places, and sizes (N,), (M,)."""
+    def place_log_odds(self, gaps_mm: F64, days: float) -> F64:
+        """(..., N, M) from gaps (..., N, M, 3) between places."""
         sd = self.place_sd_mm(days)
         place = -((gaps_mm**2).sum(axis=-1)) / (2 * sd**2)
         place += 3 * np.log(self.reach_mm / (sd * np.sqrt(2 * np.pi)))
         share = self.seen_share
         place += np.log(share / (1 - share) ** 2) / 2
-        return np.asarray(place + self._size_log_odds(sizes_mm, days))
+        return np.asarray(place)
 
-    def _size_log_odds(self, sizes_mm: tuple[F64, F64], days: float) -> F64:
+    def size_log_odds(self, first: Points, second: Points, days: float) -> F64:
         """(N, M); nothing is known where either size is missing."""
-        surprise = sizes_mm[1][None, :] - sizes_mm[0][:, None] - self.rate_mm_per_day * days
-        sd = np.hypot(self.rate_sd_mm_per_day * days, np.sqrt(2) * self.size_sd_mm)
-        same = -((surprise / sd) ** 2) / 2 - np.log(sd * np.sqrt(2 * np.pi))
-        odds = same + np.log(self.size_range_mm)
+        grown_mm = second.diameters_mm[None, :] - first.diameters_mm[:, None]
+        error_mm = np.hypot.outer(*(np.fmax(p.sds_mm, self.size_sd_mm) for p in (first, second)))
+        odds = self._growth_log_density(grown_mm, error_mm, days) + np.log(self.size_range_mm)
         return np.asarray(np.where(np.isfinite(odds), odds, 0.0))
+
+    def _growth_log_density(self, grown_mm: F64, error_mm: F64, days: float) -> F64:
+        """Of a normal growth cut off at zero, plus a normal error."""
+        mean_mm, sd_mm = self.rate_mm_per_day * days, self.rate_sd_mm_per_day * days
+        total_mm = np.hypot(sd_mm, error_mm)
+        density = -(((grown_mm - mean_mm) / total_mm) ** 2) / 2
+        density -= np.log(total_mm * np.sqrt(2 * np.pi))
+        if days == 0:
+            return np.asarray(density)
+        likely = (grown_mm * sd_mm**2 + mean_mm * error_mm**2) / (sd_mm * error_mm * total_mm)
+        return np.asarray(density + log_ndtr(likely) - log_ndtr(mean_mm / sd_mm))

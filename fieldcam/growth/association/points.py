@@ -37,8 +37,16 @@ class Points:
     @property
     def diameters_mm(self) -> F64:
         """(N,) NaN where a fruitlet has no size."""
-        sizes = [np.nan if s.diameter_mm is None else s.diameter_mm for s in self.seen]
-        return np.array(sizes, np.float64)
+        return _or_nan([s.diameter_mm for s in self.seen])
+
+    @property
+    def sds_mm(self) -> F64:
+        """(N,) standard deviations of the sizes, NaN where unknown."""
+        return _or_nan([s.sd_mm for s in self.seen])
+
+
+def _or_nan(values: Sequence[float | None]) -> F64:
+    return np.array([np.nan if value is None else value for value in values], np.float64)
 
 
 def points_of(view: View) -> Points:
@@ -72,9 +80,9 @@ def _seen(reading: str, fruitlet: Fruitlet, calibration: Calibration) -> Seen | 
     return Seen(
         Place(reading, fruitlet.id),
         fruitlet.diameter_mm,
+        fruitlet.sd_mm,
         center,
         fruitlet.cloud_mm,
-        fruitlet.visible_fraction,
     )
 
 

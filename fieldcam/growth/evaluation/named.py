@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
 
 from fieldcam.growth.association.points import points_of
 from fieldcam.growth.places import ClusterVisit, Place, Seen, Word
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting
+from fieldcam.growth.size_rule import SizeRule, sighting_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +51,7 @@ def fruit_of(calipers: BlockRecord, tag_id: int) -> dict[str, FruitletRecord]:
 def known_records(
     cluster: NamedCluster, calipers: Mapping[str, FruitletRecord]
 ) -> tuple[FruitletRecord, ...]:
-    """The camera's sizes with known association: by name, of a visit's pictures the larger one.
+    """The camera's sizes with known association: by name, and on each visit the better known.
 
     A fruit that no picture shows has fallen where the calipers say so, and else is not seen.
     """
@@ -58,15 +59,12 @@ def known_records(
     for visit in cluster.visits:
         shown = cluster.seen_on(visit.day)
         for name in sorted({*sightings, *shown}):
-            sighting = _sighting(shown[name]) if name in shown else None
-            missing = Sighting(_fate(calipers.get(name), visit.day))
-            sightings.setdefault(name, {})[visit.day] = sighting or missing
+            sightings.setdefault(name, {})[visit.day] = (
+                sighting_of(shown[name], SizeRule.BETTER_KNOWN)
+                if name in shown
+                else Sighting(_fate(calipers.get(name), visit.day))
+            )
     return tuple(FruitletRecord(cluster.tag_id, name, days) for name, days in sightings.items())
-
-
-def _sighting(seen: Sequence[Seen]) -> Sighting:
-    sizes = [s.diameter_mm for s in seen if s.diameter_mm is not None]
-    return Sighting(Presence.SIZED, max(sizes)) if sizes else Sighting(Presence.SEEN)
 
 
 def _fate(fruit: FruitletRecord | None, day: date) -> Presence:

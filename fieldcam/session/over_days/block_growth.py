@@ -16,8 +16,9 @@ from sqlite_utils import Database
 from fieldcam.growth.crop import CropPlan
 from fieldcam.growth.from_tracks import TrackedCluster, camera_record, tracked_cluster
 from fieldcam.growth.outlook import Outlook, outlook
-from fieldcam.growth.places import Association, SizeRule
+from fieldcam.growth.places import Association
 from fieldcam.growth.records import BlockRecord
+from fieldcam.growth.size_rule import SizeRule
 from fieldcam.growth.sprays import Spray
 from fieldcam.session.over_days.growing import ClusterRows, followed_cluster, tracks_of
 from fieldcam.store.queries.blocks import settings, sprays, tree_of_tags, trees
@@ -43,7 +44,7 @@ def known_clusters(
     rows: Sequence[ClusterRows],
     before: Mapping[int, KnownCluster],
     methods: Sequence[Association] = COMPARED,
-    size_rule: SizeRule = SizeRule.LARGER,
+    size_rule: SizeRule | None = None,
 ) -> Iterator[KnownCluster]:
     """One after the other, so that whoever asks may stop; `before` is what is known by tag."""
     for each in rows:

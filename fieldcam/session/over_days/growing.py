@@ -12,11 +12,11 @@ from fieldcam.growth.places import (
     Association,
     ClusterVisit,
     Place,
-    SizeRule,
     Track,
     View,
     Word,
 )
+from fieldcam.growth.size_rule import SizeRule
 from fieldcam.store.queries.blocks import tag_size_mm
 from fieldcam.store.queries.counted import (
     CountedPicture,
@@ -106,9 +106,9 @@ def followed_cluster(database: Database, rows: ClusterRows) -> FollowedCluster:
 def tracks_of(
     cluster: FollowedCluster,
     method: Association = Association.GEOMETRY,
-    size_rule: SizeRule = SizeRule.LARGER,
+    size_rule: SizeRule | None = None,
 ) -> tuple[Track, ...]:
-    """The cluster's fruitlets over its visits.
+    """The cluster's fruitlets over its visits; the size rule is the method's where none is named.
 
     Takes some 10 to 100 ms, and scipy, which screens load only in a thread of their own.
     """

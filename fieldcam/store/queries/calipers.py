@@ -10,6 +10,7 @@ from typing import Any
 
 from sqlite_utils import Database
 
+from fieldcam.growth.size_rule import SizeRule
 from fieldcam.store.connection import rows, rows_as
 from fieldcam.store.rows.fruit import CaliperSize
 from fieldcam.store.rows.row import EntryId, from_columns
@@ -39,6 +40,8 @@ class NamedFruitlet:
     fruit: str
     diameter_mm: float | None
     """By camera; None where it was seen and not sized."""
+    sd_mm: float | None = None
+    """Standard deviation of the diameter; None where it is unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,19 +107,22 @@ def names_in(database: Database, reading: EntryId) -> dict[int, str]:
 def measured_twice(
     sizes: Iterable[MeasuredFruit], named: Iterable[NamedFruitlet]
 ) -> tuple[MeasuredTwice, ...]:
-    """Matched by name alone; of several pictures of a day the larger size counts."""
-    camera: dict[tuple[int, date, str], float] = {}
+    """Matched by name alone; of several pictures of a day the better-known size counts."""
+    camera: dict[tuple[int, date, str], list[NamedFruitlet]] = {}
     for seen in named:
-        if seen.diameter_mm is not None:
-            key = seen.tag_id, seen.day, seen.fruit
-            camera[key] = max(seen.diameter_mm, camera.get(key, 0.0))
-    return tuple(
-        MeasuredTwice(size.tag_id, size.day, size.fruit, size.diameter_mm, camera[key])
-        for size in sizes
-        if (key := (size.tag_id, size.day, size.fruit)) in camera
-    )
+        camera.setdefault((seen.tag_id, seen.day, seen.fruit), []).append(seen)
+    found = []
+    for size in sizes:
+        views = camera.get((size.tag_id, size.day, size.fruit), [])
+        counts = SizeRule.BETTER_KNOWN.chosen(views)
+        if counts is not None and counts.diameter_mm is not None:
+            both = size.diameter_mm, counts.diameter_mm
+            found.append(MeasuredTwice(size.tag_id, size.day, size.fruit, *both))
+    return tuple(found)
 
 
 def _named(row: dict[str, Any]) -> NamedFruitlet:
-    sizes = {size["id"]: size["diameter_mm"] for size in json.loads(row["sizes"])}
-    return from_columns(NamedFruitlet, {**row, "diameter_mm": sizes.get(row["fruitlet"])})
+    sizes = {size["id"]: size for size in json.loads(row["sizes"])}
+    size = sizes.get(row["fruitlet"], {})
+    known = {"diameter_mm": size.get("diameter_mm"), "sd_mm": size.get("sd_mm")}
+    return from_columns(NamedFruitlet, {**row, **known})

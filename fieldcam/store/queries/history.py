@@ -35,6 +35,8 @@ class FruitletSeen:
     """Neither fallen nor struck out as no fruitlet."""
     diameter_mm: float | None
     marks: tuple[MarkKind, ...]
+    sd_mm: float | None = None
+    """Standard deviation of the diameter; None where it is unknown."""
 
 
 @dataclass(frozen=True, slots=True)
