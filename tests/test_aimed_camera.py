@@ -9,6 +9,7 @@ from time import monotonic
 
 import numpy as np
 import pytest
+from fieldcam.app.hand_aimed import tricks
 from stored_walks import raw_pair
 
 from fieldcam.camera import aimed
@@ -16,7 +17,6 @@ from fieldcam.camera.aimed import OF_THE_CABLE, SHRUNK, AimedCamera, Mishap, Wan
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedVisit
 from fieldcam.errors import CameraUnplugged, CaptureTimeout, ImageUnreadable
 from fieldcam.simulator import Block, Fault
-from fieldcam.tui.hand_aimed import tricks
 from fieldcam.values import Calibration, RawPair
 
 PATIENCE_S = 10.0

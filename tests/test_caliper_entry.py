@@ -7,6 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from fieldcam.tui.text.fruit_words import agreement_line
+from fieldcam.tui.widgets.picture_view import PictureView
+from fieldcam.tui.widgets.sizes_view import SizesView
+from fieldcam.tui.widgets.sketch import Still
 from screens import LARGE, SMALL, Driven, drive
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 from textual.widgets import Input
@@ -17,11 +21,7 @@ from fieldcam.session.events import Done
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.rows.fruit import CaliperIdentity, CaliperSize
-from fieldcam.tui.fruit_words import agreement_line
 from fieldcam.tui.looks import Look, Pictures
-from fieldcam.tui.picture_view import PictureView
-from fieldcam.tui.sizes_view import SizesView
-from fieldcam.tui.sketch import Still
 from fieldcam.words import letter_of
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])

@@ -11,6 +11,7 @@ from typing import cast
 
 import pytest
 from called_commands import Capture, run
+from fieldcam.app.running import with_cards_of
 from made_evidence import evidence, in_right, judged, make_tag
 from made_readings import CAMERA, made_reading
 from recorded_pairs import Encoding
@@ -28,7 +29,6 @@ from fieldcam.store.queries.blocks import block_named, settings, tag_size_mm
 from fieldcam.store.read_only import open_read_only
 from fieldcam.store.rows.orchard import Block, BlockSetting, Setting
 from fieldcam.store.store import Store
-from fieldcam.tui.wiring import with_cards_of
 from fieldcam.values import (
     TAG_SIZE_MM,
     Calibration,

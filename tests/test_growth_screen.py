@@ -11,6 +11,7 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from fieldcam.tui.text.growth_words import gauge, more_line
 from made_readings import TAG, encoded, made_fruitlet, made_reading
 from made_tracks import tracked_by_id
 from screens import LARGE, SMALL, Driven, check_golden, drive
@@ -27,7 +28,6 @@ from fieldcam.store.readings import reading_row
 from fieldcam.store.rows.judgements import Action, Decision
 from fieldcam.store.rows.orchard import BlockSetting, Setting, Spray
 from fieldcam.store.space import Space
-from fieldcam.tui.growth_words import gauge, more_line
 from fieldcam.tui.looks import Look, Pictures
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])

@@ -11,6 +11,7 @@ from typing import cast
 
 import numpy as np
 import pytest
+from fieldcam.app.replayed import by_day, choose_visit
 from stored_walks import small_store
 
 from fieldcam.camera.aimed import AimedCamera, Wanted
@@ -22,7 +23,6 @@ from fieldcam.exchange.capture_folder import CaptureFile, read_capture_folder
 from fieldcam.exchange.images import write_png
 from fieldcam.store.queries.walks import walk_route
 from fieldcam.store.rows.judgements import Skip
-from fieldcam.tui.replayed import by_day, choose_visit
 from fieldcam.values import RawPair
 
 FIRST, SECOND = date(2026, 5, 21), date(2026, 5, 24)
@@ -122,7 +122,7 @@ def test_a_folder_is_walked_at_a_terminal_only(
     monkeypatch.setattr(demo, "at_a_terminal", lambda: terminal)
     monkeypatch.setattr(demo, "checked_models", lambda data: None)
     monkeypatch.setattr(
-        "fieldcam.tui.replayed.walk_recorded_folder", lambda *arguments: asked.append(arguments)
+        "fieldcam.app.replayed.walk_recorded_folder", lambda *arguments: asked.append(arguments)
     )
     command = ["--data", str(tmp_path), "demo", "--replay", str(recording)]
     assert main(command) == (ExitCode.OK if terminal else ExitCode.BAD_INPUT)

@@ -9,6 +9,9 @@ from pathlib import Path
 from typing import cast
 
 import pytest
+from fieldcam.app import simulated
+from fieldcam.app.simulated import _block, _visit
+from fieldcam.tui.text.telling import banner
 from made_readings import CAMERA
 from made_states import AIM
 from stored_walks import raw_pair
@@ -23,9 +26,6 @@ from fieldcam.store.folder import DataKind
 from fieldcam.store.queries.walks import walk_route
 from fieldcam.store.rows.judgements import Skip
 from fieldcam.store.store import Store, open_store
-from fieldcam.tui import simulated
-from fieldcam.tui.simulated import _block, _visit
-from fieldcam.tui.telling import banner
 
 ROW = SimulatedRow((8, 9, 10), CAMERA, date(2026, 5, 21))
 
@@ -124,7 +124,7 @@ def test_at_a_terminal_the_demo_is_the_app(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(demo, "at_a_terminal", lambda: True)
     monkeypatch.setattr(demo, "checked_models", lambda data: None)
     monkeypatch.setattr(
-        "fieldcam.tui.simulated.walk_simulated_row", lambda *arguments: asked.append(arguments)
+        "fieldcam.app.simulated.walk_simulated_row", lambda *arguments: asked.append(arguments)
     )
     command = ["--data", str(tmp_path), "demo", "--clusters", "3", "--days", "0,3"]
     assert main(command) == ExitCode.OK

@@ -14,16 +14,16 @@ from fieldcam.session.aim.cue import Cue
 from fieldcam.session.commands import Shoot, StartPreview, StopPreview, Walk
 from fieldcam.session.events import Previewed
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.tui.aim_telling import aim_banner, automatic_line
-from fieldcam.tui.at_cluster import AtCluster
-from fieldcam.tui.banner_view import BannerView
-from fieldcam.tui.buttons import CAPTURE, Key, big_button
-from fieldcam.tui.cues_view import CuesView
-from fieldcam.tui.news import News
-from fieldcam.tui.preview_view import PreviewView
-from fieldcam.tui.range_view import RangeView
-from fieldcam.tui.telling import Tone, progress
-from fieldcam.tui.words import Words
+from fieldcam.tui.screens.at_cluster import AtCluster
+from fieldcam.tui.text.aim_telling import aim_banner, automatic_line
+from fieldcam.tui.text.news import News
+from fieldcam.tui.text.telling import Tone, progress
+from fieldcam.tui.widgets.banner_view import BannerView
+from fieldcam.tui.widgets.buttons import CAPTURE, Key, big_button
+from fieldcam.tui.widgets.cues_view import CuesView
+from fieldcam.tui.widgets.preview_view import PreviewView
+from fieldcam.tui.widgets.range_view import RangeView
+from fieldcam.tui.widgets.words import Words
 
 AUTOMATIC = Key("AUTOMATIC  G", "automatic", Tone.ASK)
 TO_WALK = Key("WALK  Escape", "walk", Tone.PLAIN)

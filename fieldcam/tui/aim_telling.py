@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fieldcam.session.aim.automatic import Automatic
 from fieldcam.session.aim.cue import Cue, Zone
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.tui.telling import Banner, Tone, all_done
+from fieldcam.tui.text.telling import Banner, Tone, all_done
 from fieldcam.values import BEST_RANGE_MM, FARTHEST_MM, NEAREST_MM
 
 SHOWN_MM = (200.0, 700.0)

@@ -26,30 +26,30 @@ from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.session.state import Stage, WalkState
 from fieldcam.store.rows.row import EntryId
 from fieldcam.tui import themes
-from fieldcam.tui.aim_screen import AimScreen
-from fieldcam.tui.asking import AskYes, Notice
-from fieldcam.tui.block_screen import BlockScreen
-from fieldcam.tui.cluster_screen import ClusterScreen
-from fieldcam.tui.day_questions import DayQuestions
-from fieldcam.tui.device_screen import DeviceScreen
 from fieldcam.tui.ending import EndableApp
-from fieldcam.tui.growth_screen import GrowthScreen, KnownBlocks
-from fieldcam.tui.help_screen import HelpScreen
 from fieldcam.tui.keys import KeyCommand, key_commands
-from fieldcam.tui.learning import LearnKey
-from fieldcam.tui.log_screen import LogScreen
 from fieldcam.tui.looks import Look
 from fieldcam.tui.messages import Heard, WalkEnded
-from fieldcam.tui.news import News, news
-from fieldcam.tui.page import Frame, Page
+from fieldcam.tui.questions.asking import AskYes, Notice
+from fieldcam.tui.questions.day_questions import DayQuestions
+from fieldcam.tui.questions.learning import LearnKey
+from fieldcam.tui.questions.setup_questions import Questions, carried_out
 from fieldcam.tui.remote import VARIABLE, shutter_keys
-from fieldcam.tui.route_screen import RouteScreen
-from fieldcam.tui.setup_questions import Questions, carried_out
-from fieldcam.tui.setup_screen import SetUpScreen
+from fieldcam.tui.screens.aim_screen import AimScreen
+from fieldcam.tui.screens.block_screen import BlockScreen
+from fieldcam.tui.screens.cluster_screen import ClusterScreen
+from fieldcam.tui.screens.device_screen import DeviceScreen
+from fieldcam.tui.screens.growth_screen import GrowthScreen, KnownBlocks
+from fieldcam.tui.screens.help_screen import HelpScreen
+from fieldcam.tui.screens.log_screen import LogScreen
+from fieldcam.tui.screens.page import Frame, Page
+from fieldcam.tui.screens.route_screen import RouteScreen
+from fieldcam.tui.screens.setup_screen import SetUpScreen
+from fieldcam.tui.screens.two_days_screen import TwoDaysScreen
+from fieldcam.tui.screens.walk_screen import WalkScreen
 from fieldcam.tui.sound import Silence, Sound
+from fieldcam.tui.text.news import News, news
 from fieldcam.tui.trick import Trick
-from fieldcam.tui.two_days_screen import TwoDaysScreen
-from fieldcam.tui.walk_screen import WalkScreen
 
 LOG_LINES = 500
 HOW_TO_END = "Q ends the walk, Ctrl+Q from anywhere; started again, it goes on here."

@@ -11,8 +11,8 @@ from textual.containers import Horizontal, Vertical
 from textual.events import Key
 from textual.widgets import Input, Static
 
-from fieldcam.tui.buttons import BigButton
-from fieldcam.tui.dialog import Dialog
+from fieldcam.tui.questions.dialog import Dialog
+from fieldcam.tui.widgets.buttons import BigButton
 
 Kind = Literal["text", "integer", "number"]
 LONGEST = 200

@@ -7,8 +7,8 @@ from typing import ClassVar
 from textual.binding import Binding, BindingType
 
 from fieldcam.session.commands import Command, Shoot, SkipCluster, Step, UndoLast
-from fieldcam.tui.page import Page
 from fieldcam.tui.remote import SHOOT
+from fieldcam.tui.screens.page import Page
 
 STEPS = {-1: "Previous tag …", 1: "Next tag …"}
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from textual.app import ComposeResult
 from textual.containers import Vertical
 
-from fieldcam.tui.letters import HEIGHT, big, shape
-from fieldcam.tui.telling import Banner, Tone
-from fieldcam.tui.words import Words
+from fieldcam.tui.text.letters import HEIGHT, big, shape
+from fieldcam.tui.text.telling import Banner, Tone
+from fieldcam.tui.widgets.words import Words
 
 SCALES = ((2, 2), (2, 1), (1, 1))
 """Columns in a pixel of the word, and of its shape and count; the first that fits is taken."""

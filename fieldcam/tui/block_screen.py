@@ -16,9 +16,9 @@ from fieldcam.session.over_days.days import BlockDay, block_days
 from fieldcam.session.state import WalkState
 from fieldcam.store.queries.durations import LONGEST_S
 from fieldcam.store.queries.walks import ClusterState, Stop
-from fieldcam.tui.histogram import histogram
-from fieldcam.tui.page import Page
-from fieldcam.tui.route_screen import WORDS
+from fieldcam.tui.screens.page import Page
+from fieldcam.tui.screens.route_screen import WORDS
+from fieldcam.tui.text.histogram import histogram
 
 CALIPER_S = 30
 """Seconds per cluster by caliper (Freeman et al.)."""

@@ -8,7 +8,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.widgets import Button
 
-from fieldcam.tui.telling import Tone
+from fieldcam.tui.text.telling import Tone
 
 
 @dataclass(frozen=True, slots=True)

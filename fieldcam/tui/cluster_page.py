@@ -8,8 +8,8 @@ from textual.binding import Binding
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
 from fieldcam.store.queries.history import photographed_tags
-from fieldcam.tui.news import News
-from fieldcam.tui.page import Page
+from fieldcam.tui.screens.page import Page
+from fieldcam.tui.text.news import News
 
 NO_CLUSTERS = "This block has no clusters yet."
 

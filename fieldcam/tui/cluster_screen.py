@@ -31,17 +31,23 @@ from fieldcam.store.queries.history import CaptureRecord
 from fieldcam.store.queries.said import Word, said
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows.row import EntryId
-from fieldcam.tui import answers
-from fieldcam.tui.asking import AskText, AskYes
-from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage, block_tags, tag_to_show
-from fieldcam.tui.days_view import DaysView, Past
-from fieldcam.tui.forms import AskForm, Field
-from fieldcam.tui.fruit_words import Called, agreement_line, called
-from fieldcam.tui.history_words import picture_heading, picture_line, word_line
-from fieldcam.tui.news import News
-from fieldcam.tui.picture_view import PictureView, picture_view
-from fieldcam.tui.sizes_view import SizesView
-from fieldcam.tui.sketch import Still, letter_in
+from fieldcam.tui.questions import answers
+from fieldcam.tui.questions.asking import AskText, AskYes
+from fieldcam.tui.questions.forms import AskForm, Field
+from fieldcam.tui.screens.cluster_page import (
+    NO_CLUSTERS,
+    ONWARD,
+    ClusterPage,
+    block_tags,
+    tag_to_show,
+)
+from fieldcam.tui.text.fruit_words import Called, agreement_line, called
+from fieldcam.tui.text.history_words import picture_heading, picture_line, word_line
+from fieldcam.tui.text.news import News
+from fieldcam.tui.widgets.days_view import DaysView, Past
+from fieldcam.tui.widgets.picture_view import PictureView, picture_view
+from fieldcam.tui.widgets.sizes_view import SizesView
+from fieldcam.tui.widgets.sketch import Still, letter_in
 from fieldcam.words import number_of
 
 NO_PICTURE = "There is no picture of this cluster yet."

@@ -5,9 +5,9 @@ from __future__ import annotations
 from rich.text import Text
 
 from fieldcam.session.aim.cue import Cue
-from fieldcam.tui.aim_telling import CueLine, cue_lines
-from fieldcam.tui.lights_view import WORDS
-from fieldcam.tui.words import Words
+from fieldcam.tui.text.aim_telling import CueLine, cue_lines
+from fieldcam.tui.widgets.lights_view import WORDS
+from fieldcam.tui.widgets.words import Words
 
 COLOURS = {True: "success", False: "error", None: "foreground"}
 

@@ -10,10 +10,10 @@ from textual.app import App
 from fieldcam.errors import StorageError
 from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.session.set_up.today import AnotherDay, told
-from fieldcam.tui import answers
-from fieldcam.tui.asking import AskYes
-from fieldcam.tui.forms import AskForm, Field
-from fieldcam.tui.news import News
+from fieldcam.tui.questions import answers
+from fieldcam.tui.questions.asking import AskYes
+from fieldcam.tui.questions.forms import AskForm, Field
+from fieldcam.tui.text.news import News
 
 DAY = Field("Day, such as 2026-05-19")
 CORRECTED = "Set-up (E) corrects the days of visits."

@@ -9,7 +9,7 @@ from textual.containers import VerticalScroll
 from textual.widgets import Static
 
 from fieldcam.session.over_days.days import ClusterDay
-from fieldcam.tui.history_words import day_lines
+from fieldcam.tui.text.history_words import day_lines
 
 
 class Past(VerticalScroll, can_focus=False):

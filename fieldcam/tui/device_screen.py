@@ -23,7 +23,8 @@ from fieldcam.store.queries.usage import LastCamera, bytes_per_capture, last_cam
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows.row import EntryId
 from fieldcam.store.space import Space
-from fieldcam.tui.device_words import (
+from fieldcam.tui.screens.page import Page
+from fieldcam.tui.text.device_words import (
     Disk,
     analysis_facts,
     battery_fact,
@@ -32,7 +33,6 @@ from fieldcam.tui.device_words import (
     disk_fact,
     model_facts,
 )
-from fieldcam.tui.page import Page
 
 PICTURES = 10
 """The last ones, which the calibration check looks at."""

@@ -13,18 +13,18 @@ from fieldcam.session.aim.automatic import Automatic
 from fieldcam.session.events import Previewed
 from fieldcam.session.following import Unseen
 from fieldcam.session.state import WalkState
-from fieldcam.tui.aim_telling import aim_banner
-from fieldcam.tui.banner_view import BannerView
-from fieldcam.tui.buttons import Key, big_button
-from fieldcam.tui.cues_view import CuesView
-from fieldcam.tui.lights_view import LightsView
 from fieldcam.tui.looks import Pictures
-from fieldcam.tui.page import Frame
-from fieldcam.tui.picture_view import PictureView, picture_view
-from fieldcam.tui.preview_view import PreviewView
-from fieldcam.tui.range_view import RangeView
-from fieldcam.tui.sizes_view import SizesView
-from fieldcam.tui.telling import Banner, Tone, banner, counted, progress, sizes_heading
+from fieldcam.tui.screens.page import Frame
+from fieldcam.tui.text.aim_telling import aim_banner
+from fieldcam.tui.text.telling import Banner, Tone, banner, counted, progress, sizes_heading
+from fieldcam.tui.widgets.banner_view import BannerView
+from fieldcam.tui.widgets.buttons import Key, big_button
+from fieldcam.tui.widgets.cues_view import CuesView
+from fieldcam.tui.widgets.lights_view import LightsView
+from fieldcam.tui.widgets.picture_view import PictureView, picture_view
+from fieldcam.tui.widgets.preview_view import PreviewView
+from fieldcam.tui.widgets.range_view import RangeView
+from fieldcam.tui.widgets.sizes_view import SizesView
 
 TO_AIM = Key("AIM  A", "other_screen", Tone.PLAIN)
 TO_WALK = Key("WALK  A", "other_screen", Tone.PLAIN)

@@ -21,8 +21,8 @@ from fieldcam.store.objects import Objects
 from fieldcam.store.queries.history import capture_record, cluster_marks
 from fieldcam.store.rows.fruit import MissingWord
 from fieldcam.store.rows.row import EntryId
-from fieldcam.tui.cluster_page import block_tags, tag_to_show
-from fieldcam.tui.pairs import Pair, pairs_of
+from fieldcam.tui.screens.cluster_page import block_tags, tag_to_show
+from fieldcam.tui.screens.pairs import Pair, pairs_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)

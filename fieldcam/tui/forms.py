@@ -13,9 +13,9 @@ from textual.widgets import Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
 from fieldcam.errors import BadInput
-from fieldcam.tui.asking import LONGEST
-from fieldcam.tui.buttons import BigButton
-from fieldcam.tui.dialog import Dialog
+from fieldcam.tui.questions.asking import LONGEST
+from fieldcam.tui.questions.dialog import Dialog
+from fieldcam.tui.widgets.buttons import BigButton
 
 Answer = TypeVar("Answer")
 

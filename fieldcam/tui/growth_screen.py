@@ -24,8 +24,9 @@ from fieldcam.session.over_days.block_growth import KnownCluster, block_outlook,
 from fieldcam.session.over_days.growing import block_rows
 from fieldcam.session.state import WalkState
 from fieldcam.store.rows.row import EntryId
-from fieldcam.tui.days_view import Past
-from fieldcam.tui.growth_words import (
+from fieldcam.tui.messages import LookedUp
+from fieldcam.tui.screens.page import Page
+from fieldcam.tui.text.growth_words import (
     WITHOUT,
     cluster_lines,
     heading,
@@ -34,8 +35,7 @@ from fieldcam.tui.growth_words import (
     told_lines,
     verdict_lines,
 )
-from fieldcam.tui.messages import LookedUp
-from fieldcam.tui.page import Page
+from fieldcam.tui.widgets.days_view import Past
 
 KnownBlocks = dict[EntryId, dict[int, KnownCluster]]
 """Clusters that were followed, by block and tag."""

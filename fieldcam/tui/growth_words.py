@@ -8,7 +8,7 @@ from fieldcam.growth.crop import CropForecast
 from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.resampling import Interval
-from fieldcam.tui.letters import BLOCK
+from fieldcam.tui.text.letters import BLOCK
 from fieldcam.words import number_of, span
 
 NO_BLOOM = "Count bloom clusters (E) to see fruit per tree."

@@ -7,6 +7,7 @@ from functools import partial
 
 from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.status import Limits
+from fieldcam.app.running import Rig
 from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.session.calibrating import keep_known
 from fieldcam.session.events import Changed, Listener, LiveEvent
@@ -14,7 +15,6 @@ from fieldcam.session.live import LiveWalk
 from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store
 from fieldcam.tui.trick import Trick
-from fieldcam.tui.wiring import Rig
 
 DEADLINE_S = 120.0
 """Rendering takes seconds, more on a busy machine; a real camera has no such excuse."""

@@ -10,8 +10,8 @@ from textual.containers import Vertical
 from textual.events import Key
 from textual.widgets import Static
 
-from fieldcam.tui.dialog import Dialog
 from fieldcam.tui.keys import KeyCommand
+from fieldcam.tui.questions.dialog import Dialog
 
 KEY_WIDTH, COLUMN = 7, 38
 CLOSE = "Any key closes this page."

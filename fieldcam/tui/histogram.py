@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from datetime import date
 
-from fieldcam.tui.letters import BLOCK
+from fieldcam.tui.text.letters import BLOCK
 
 STEPS_MM = (1, 2, 5, 10)
 LABEL = 7

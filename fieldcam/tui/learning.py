@@ -7,7 +7,7 @@ from textual.containers import Vertical
 from textual.events import Key
 from textual.widgets import Static
 
-from fieldcam.tui.dialog import Dialog
+from fieldcam.tui.questions.dialog import Dialog
 
 
 class LearnKey(Dialog[str | None]):

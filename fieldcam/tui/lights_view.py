@@ -6,8 +6,8 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal
 
 from fieldcam.session.state import Shown
-from fieldcam.tui.telling import LIGHTS, lights
-from fieldcam.tui.words import Words
+from fieldcam.tui.text.telling import LIGHTS, lights
+from fieldcam.tui.widgets.words import Words
 
 WORDS = {True: "good", False: "BAD", None: "-"}
 

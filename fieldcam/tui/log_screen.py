@@ -12,8 +12,8 @@ from textual.widgets import Static
 
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
-from fieldcam.tui.news import News
-from fieldcam.tui.page import Page
+from fieldcam.tui.screens.page import Page
+from fieldcam.tui.text.news import News
 
 
 class LogScreen(Page):

@@ -11,9 +11,9 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
-from fieldcam.tui.buttons import BigButton
 from fieldcam.tui.ending import EndableApp, ended_by_signals
 from fieldcam.tui.themes import DARK
+from fieldcam.tui.widgets.buttons import BigButton
 
 
 class Choice(StrEnum):

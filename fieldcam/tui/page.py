@@ -25,8 +25,8 @@ from fieldcam.store.connection import connect_read_only
 from fieldcam.store.store import DATABASE_NAME
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.messages import LookedUp
-from fieldcam.tui.news import News
-from fieldcam.tui.words import Words
+from fieldcam.tui.text.news import News
+from fieldcam.tui.widgets.words import Words
 
 _Found = TypeVar("_Found")
 LEAST = (80, 24)

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from fieldcam.growth.places import Place, Track
 from fieldcam.growth.records import Presence
 from fieldcam.store.rows.fruit import AssociationWord
-from fieldcam.tui.pairs import Pair, PairRow, pair_rows
-from fieldcam.tui.sketch import letter_in
+from fieldcam.tui.screens.pairs import Pair, PairRow, pair_rows
+from fieldcam.tui.widgets.sketch import letter_in
 
 ELSEWHERE = "fruitlets of other days were matched anew"
 COUNTS_AS: dict[Presence | None, str] = {

@@ -9,8 +9,8 @@ import numpy as np
 
 from fieldcam.growth.places import Place
 from fieldcam.session.state import Shown
-from fieldcam.tui.pairs import Pair, PairRow
-from fieldcam.tui.picture import (
+from fieldcam.tui.screens.pairs import Pair, PairRow
+from fieldcam.tui.widgets.picture import (
     ASKED,
     CHOSEN,
     OUTLINE,
@@ -20,7 +20,7 @@ from fieldcam.tui.picture import (
     frame_around,
     still,
 )
-from fieldcam.tui.sketch import Label, Painted, Size, letter_in, nearest, targets
+from fieldcam.tui.widgets.sketch import Label, Painted, Size, letter_in, nearest, targets
 from fieldcam.values import Fruitlet, ImageU8
 
 GAP = 40

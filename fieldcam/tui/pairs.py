@@ -15,7 +15,7 @@ from fieldcam.session.state import Shown
 from fieldcam.store.rows.fruit import AssociationWord, MissingWord
 from fieldcam.store.rows.judgements import Answer
 from fieldcam.store.rows.row import EntryId
-from fieldcam.tui.sketch import letter_in, living
+from fieldcam.tui.widgets.sketch import letter_in, living
 from fieldcam.values import Fruitlet
 from fieldcam.words import give_or_take
 

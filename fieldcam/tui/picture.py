@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fieldcam.analysis.decoding import stored_image
 from fieldcam.errors import ImageUnreadable
 from fieldcam.images.pixels import BAYER_CELLS, as_rgb
+from fieldcam.session.decoding import stored_image
 from fieldcam.session.state import Shown
 from fieldcam.values import ClusterReading, Ellipse, ImageU8, PixelFormat
 

@@ -23,8 +23,8 @@ from fieldcam.errors import ImageUnreadable
 from fieldcam.growth.places import Place
 from fieldcam.session.state import Shown
 from fieldcam.tui.looks import PIXELS, Pictures
-from fieldcam.tui.picture import not_there
-from fieldcam.tui.sketch import Label, Painted, Sketch, Still
+from fieldcam.tui.widgets.picture import not_there
+from fieldcam.tui.widgets.sketch import Label, Painted, Sketch, Still
 from fieldcam.values import ImageU8
 
 HALF = "▀"
@@ -163,7 +163,7 @@ def picture_view(pictures: Pictures) -> PictureView:
     """The view for this terminal."""
     if pictures in PIXELS:
         # Needs the extra, and asks the terminal when it is imported.
-        from fieldcam.tui.pixel_picture import PixelPicture
+        from fieldcam.tui.widgets.pixel_picture import PixelPicture
 
         return PixelPicture(pictures)
     kinds = {Pictures.CELLS: CellPicture, Pictures.NONE: NoPicture}

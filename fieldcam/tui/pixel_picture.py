@@ -11,8 +11,8 @@ from textual.widgets import Static
 from textual_image.widget import SixelImage, TGPImage
 
 from fieldcam.tui.looks import Pictures
-from fieldcam.tui.picture_view import PictureView
-from fieldcam.tui.sketch import Painted, stamped
+from fieldcam.tui.widgets.picture_view import PictureView
+from fieldcam.tui.widgets.sketch import Painted, stamped
 
 LABEL_SCALE = 2
 """Pixels a dot: a digit is about as high as a cell."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fieldcam.tui.aim_telling import range_bar
-from fieldcam.tui.words import Words
+from fieldcam.tui.text.aim_telling import range_bar
+from fieldcam.tui.widgets.words import Words
 
 
 class RangeView(Words):

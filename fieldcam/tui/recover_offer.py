@@ -11,9 +11,9 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
 from fieldcam.errors import StorageError
-from fieldcam.tui.buttons import BigButton
 from fieldcam.tui.ending import EndableApp, ended_by_signals
 from fieldcam.tui.themes import DARK
+from fieldcam.tui.widgets.buttons import BigButton
 
 WHAT_IT_DOES = (
     "Recovering keeps the database as it is under another name, takes over what can be read of"

@@ -10,6 +10,8 @@ from itertools import groupby
 from pathlib import Path
 
 from fieldcam.analysis.messages import Setup
+from fieldcam.app.hand_aimed import start_walk, tricks
+from fieldcam.app.running import run
 from fieldcam.camera.aimed import OF_THE_CABLE, AimedCamera
 from fieldcam.camera.replay import RecordedDay, ReplayProcess
 from fieldcam.exchange.capture_folder import CaptureFile, read_capture_folder
@@ -20,8 +22,6 @@ from fieldcam.store.recovery.startup import startup_check
 from fieldcam.store.rows.orchard import Block, Cluster
 from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store, open_store
-from fieldcam.tui.hand_aimed import start_walk, tricks
-from fieldcam.tui.wiring import run
 
 Days = dict[date, list[CaptureFile]]
 

@@ -16,9 +16,9 @@ from textual.widgets import DataTable, Static
 from fieldcam.session.commands import GoTo, UndoLast, Walk
 from fieldcam.session.state import WalkState
 from fieldcam.store.queries.walks import ClusterState, Stop
-from fieldcam.tui.news import News
-from fieldcam.tui.page import Page
-from fieldcam.tui.telling import progress
+from fieldcam.tui.screens.page import Page
+from fieldcam.tui.text.news import News
+from fieldcam.tui.text.telling import progress
 
 Trees = Sequence[Sequence[Stop]]
 Words = Mapping[ClusterState, str]

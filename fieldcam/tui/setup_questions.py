@@ -22,10 +22,10 @@ from fieldcam.session.set_up.setting_up import (
 )
 from fieldcam.store.rows.orchard import Block, Setting
 from fieldcam.store.rows.row import EntryId
-from fieldcam.tui import answers
-from fieldcam.tui.asking import AskYes
-from fieldcam.tui.forms import AskChoice, AskForm, Field
-from fieldcam.tui.setup_telling import Subject, spray_line, tree_line, visit_line
+from fieldcam.tui.questions import answers
+from fieldcam.tui.questions.asking import AskYes
+from fieldcam.tui.questions.forms import AskChoice, AskForm, Field
+from fieldcam.tui.text.setup_telling import Subject, spray_line, tree_line, visit_line
 from fieldcam.values import TAG_SIZE_MM
 
 Change = Callable[[], str]

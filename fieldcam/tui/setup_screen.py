@@ -13,11 +13,11 @@ from textual.widgets import OptionList, Static
 from textual.widgets.option_list import Option
 
 from fieldcam.session.set_up.setting_up import SetUp, SetUpState
-from fieldcam.tui.buttons import BigButton
 from fieldcam.tui.messages import Heard
-from fieldcam.tui.page import Frame
-from fieldcam.tui.setup_questions import Change, Questions, carried_out
-from fieldcam.tui.setup_telling import Subject, lines
+from fieldcam.tui.questions.setup_questions import Change, Questions, carried_out
+from fieldcam.tui.screens.page import Frame
+from fieldcam.tui.text.setup_telling import Subject, lines
+from fieldcam.tui.widgets.buttons import BigButton
 
 
 class SetUpScreen(Frame):

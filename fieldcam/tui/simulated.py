@@ -9,6 +9,8 @@ from datetime import date, timedelta
 from pathlib import Path
 
 from fieldcam.analysis.messages import Setup
+from fieldcam.app.hand_aimed import DEADLINE_S, start_walk, tricks
+from fieldcam.app.running import run, say
 from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedRow
 from fieldcam.models import find_models
@@ -22,8 +24,6 @@ from fieldcam.store.recovery.startup import startup_check
 from fieldcam.store.rows.orchard import Block, Cluster, Route
 from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store, open_store
-from fieldcam.tui.hand_aimed import DEADLINE_S, start_walk, tricks
-from fieldcam.tui.wiring import run, say
 from fieldcam.words import number_of
 
 CLUSTERS_PER_TREE = 2

@@ -8,8 +8,8 @@ from rich.text import Text
 
 from fieldcam.store.queries.history import FruitletSeen, ReadingSummary
 from fieldcam.store.rows.judgements import MarkKind
-from fieldcam.tui.letters import BLOCK
-from fieldcam.tui.words import Words
+from fieldcam.tui.text.letters import BLOCK
+from fieldcam.tui.widgets.words import Words
 from fieldcam.words import give_or_take
 
 LONGEST_MM = 25.0

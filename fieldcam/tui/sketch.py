@@ -10,8 +10,8 @@ import numpy as np
 
 from fieldcam.growth.places import Place
 from fieldcam.session.state import Shown
-from fieldcam.tui.letters import BLOCK, big
-from fieldcam.tui.picture import CHOSEN, OUTLINE, STRUCK, Colour, Frame, frame_of, still
+from fieldcam.tui.text.letters import BLOCK, big
+from fieldcam.tui.widgets.picture import CHOSEN, OUTLINE, STRUCK, Colour, Frame, frame_of, still
 from fieldcam.values import Fruitlet, ImageU8
 
 Size = tuple[int, int]

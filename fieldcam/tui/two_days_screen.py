@@ -13,14 +13,12 @@ from fieldcam.growth.places import Place
 from fieldcam.session.commands import MatchFruit, TellMissing, UndoLast, UndoMatch, Walk
 from fieldcam.session.state import WalkState
 from fieldcam.store.rows.judgements import Answer
-from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage
-from fieldcam.tui.days_view import Past
-from fieldcam.tui.followed import Followed, followed
 from fieldcam.tui.looks import Pictures
-from fieldcam.tui.news import News
-from fieldcam.tui.pair_changes import places_of, told_changes
-from fieldcam.tui.pair_sketch import TwoStills
-from fieldcam.tui.pairs import (
+from fieldcam.tui.screens.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage
+from fieldcam.tui.screens.followed import Followed, followed
+from fieldcam.tui.screens.pair_changes import places_of, told_changes
+from fieldcam.tui.screens.pair_sketch import TwoStills
+from fieldcam.tui.screens.pairs import (
     Pair,
     PairRow,
     pair_lines,
@@ -28,7 +26,9 @@ from fieldcam.tui.pairs import (
     said_word,
     unplaced,
 )
-from fieldcam.tui.picture_view import PictureView, picture_view
+from fieldcam.tui.text.news import News
+from fieldcam.tui.widgets.days_view import Past
+from fieldcam.tui.widgets.picture_view import PictureView, picture_view
 
 LOOKING = "Looking for each fruitlet on the other days."
 TOO_FEW = "There are no two accepted pictures of this cluster to compare yet."

@@ -25,17 +25,17 @@ from fieldcam.session.commands import (
 from fieldcam.session.over_days.days import cluster_days
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.rows.judgements import Answer
-from fieldcam.tui.asking import AskText
-from fieldcam.tui.at_cluster import AtCluster
-from fieldcam.tui.banner_view import BannerView
-from fieldcam.tui.buttons import BigButtons
-from fieldcam.tui.days_view import DaysView
-from fieldcam.tui.lights_view import LightsView
-from fieldcam.tui.news import News
-from fieldcam.tui.picture_view import PictureView, picture_view
-from fieldcam.tui.sizes_view import SizesView
-from fieldcam.tui.telling import banner, counted, not_saved, progress, sizes_heading
-from fieldcam.tui.words import Words
+from fieldcam.tui.questions.asking import AskText
+from fieldcam.tui.screens.at_cluster import AtCluster
+from fieldcam.tui.text.news import News
+from fieldcam.tui.text.telling import banner, counted, not_saved, progress, sizes_heading
+from fieldcam.tui.widgets.banner_view import BannerView
+from fieldcam.tui.widgets.buttons import BigButtons
+from fieldcam.tui.widgets.days_view import DaysView
+from fieldcam.tui.widgets.lights_view import LightsView
+from fieldcam.tui.widgets.picture_view import PictureView, picture_view
+from fieldcam.tui.widgets.sizes_view import SizesView
+from fieldcam.tui.widgets.words import Words
 
 
 class WalkScreen(AtCluster):

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from time import monotonic
 
+from fieldcam.app.running import run
 from live_walks import ToldCamera
 from terminals import ESCAPE, Terminal
 from torture.rowed_walk import open_row
@@ -29,7 +30,6 @@ from fieldcam.session.events import (
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store
-from fieldcam.tui.wiring import run
 from fieldcam.values import Calibration, PixelFormat, RawPair
 
 RENDER_S = 300.0

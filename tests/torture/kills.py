@@ -19,6 +19,7 @@ from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
 
+from fieldcam.app.running import run
 from made_readings import CAMERA
 from processes import children
 from terminals import Terminal
@@ -34,7 +35,6 @@ from fieldcam.store.connection import connect_read_only
 from fieldcam.store.recovery.startup import startup_check
 from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import DATABASE_NAME, Store
-from fieldcam.tui.wiring import run
 from torture.inspection import Announced, Losses, announcement, inspect, missing
 from torture.paths import IMPORTS
 from torture.rowed_walk import QuickCamera, open_folder, open_row
