@@ -14,7 +14,6 @@ from made_readings import CAMERA, made_reading
 
 from fieldcam.analysis.direct import DirectAnalyst
 from fieldcam.analysis.requests import Setup
-from fieldcam.analysis.supervised import SupervisedAnalyst
 from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.analysis.work import VisionWork
 from fieldcam.cli import self_test
@@ -105,5 +104,5 @@ def test_a_process_of_its_own_reads_the_same(tmp_path: Path) -> None:
     pipeline = Pipeline.from_models(find_models())
     direct = DirectAnalyst(pipeline, self_test.CAMERA, Settings()).analyse(saved, expectation)
     with Supervisor(Setup(self_test.CAMERA), tmp_path / "analysis.log") as supervisor:
-        apart = SupervisedAnalyst(supervisor).analyse(saved, expectation)
+        apart = supervisor.submit(saved, expectation).result()
     assert dump_reading(replace(apart, timing_ms={})) == dump_reading(replace(direct, timing_ms={}))

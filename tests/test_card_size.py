@@ -13,10 +13,12 @@ import pytest
 from called_commands import Capture, run
 from made_evidence import evidence, in_right, make_tag
 from made_readings import CAMERA, made_reading
+from recorded_pairs import AtOnce
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
 from fieldcam.analysis.direct import DirectAnalyst
 from fieldcam.analysis.requests import Setup
+from fieldcam.app.rig import with_cards_of
 from fieldcam.cli.card_size import tag_size_of
 from fieldcam.errors import ExitCode
 from fieldcam.session.growing import cluster_rows, followed_cluster
@@ -27,7 +29,6 @@ from fieldcam.store.connection import rows
 from fieldcam.store.orchard_rows import Block, BlockSetting, Setting
 from fieldcam.store.read_only import open_read_only
 from fieldcam.store.store import Store
-from fieldcam.tui.wiring import with_cards_of
 from fieldcam.values import (
     TAG_SIZE_MM,
     Calibration,
@@ -134,7 +135,11 @@ def test_an_import_sets_it_up_once(store: Store) -> None:
     analyst = DirectAnalyst(cast(Pipeline, Noting()), CAMERA, Settings())
     for _ in range(2):
         assert (
-            list(import_pairs(store, Block("North"), analyst, [], ImportTerms(tag_size_mm=30.0)))
+            list(
+                import_pairs(
+                    store, Block("North"), AtOnce(analyst), [], ImportTerms(tag_size_mm=30.0)
+                )
+            )
             == []
         )
     assert len(rows(store.database, "SELECT id FROM block_setting")) == 1

@@ -33,7 +33,6 @@ APP = (
     "fieldcam.errors",
     "fieldcam.models",
     "fieldcam.session.live",
-    "fieldcam.session.walk",
     "fieldcam.session.importing",
     "fieldcam.session.setting_up",
     "fieldcam.store.captures",

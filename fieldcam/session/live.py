@@ -15,7 +15,7 @@ from functools import partial
 from queue import SimpleQueue
 
 from fieldcam.analysis.status import Status
-from fieldcam.camera.port import FlashStereoDevice
+from fieldcam.camera.port import DEADLINE_S, FlashStereoDevice
 from fieldcam.errors import FieldcamError, ReadingDamaged
 from fieldcam.growth.places import Place, Word
 from fieldcam.session import events
@@ -31,7 +31,6 @@ from fieldcam.session.shutter import Shot, Shutter
 from fieldcam.session.state import CameraState, Shown
 from fieldcam.session.undoing import undo_fruit, undo_last, undo_match
 from fieldcam.session.viewing import WalkView
-from fieldcam.session.walk import DEADLINE_S
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.rows import EntryId

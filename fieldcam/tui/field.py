@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fieldcam.analysis.requests import Setup
+from fieldcam.app.rig import Rig
 from fieldcam.camera.finding import HeadFinder
 from fieldcam.camera.head.logs import camera_log
 from fieldcam.models import Models
@@ -16,7 +17,7 @@ from fieldcam.session.setting_up import SetUp
 from fieldcam.store.folder import DataKind
 from fieldcam.store.startup import startup_check
 from fieldcam.store.store import open_store
-from fieldcam.tui.wiring import Rig, run
+from fieldcam.tui.wiring import run
 
 
 def walk_field(path: Path, models: Models | None, problems: Sequence[str] = ()) -> None:
