@@ -21,8 +21,9 @@ from fieldcam.errors import ExtraMissing
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.tui import looks
+from fieldcam.tui.cell_picture import HALF
 from fieldcam.tui.looks import Look, Pictures, ask_terminal, chosen_look
-from fieldcam.tui.picture_view import HALF, PictureView
+from fieldcam.tui.picture_view import PictureView
 from fieldcam.tui.themes import CONSOLE
 from fieldcam.values import ImageU8, PixelFormat, Status
 

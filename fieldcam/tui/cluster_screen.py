@@ -27,11 +27,12 @@ from fieldcam.tui import answers
 from fieldcam.tui.asking import AskText, AskYes
 from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage, block_tags, tag_to_show
 from fieldcam.tui.days_view import DaysView, Past
+from fieldcam.tui.fitting_picture import picture_view
 from fieldcam.tui.forms import AskForm, Field
 from fieldcam.tui.fruit_words import Called, agreement_line, called
 from fieldcam.tui.history_words import picture_heading, picture_line, word_line
 from fieldcam.tui.news import News
-from fieldcam.tui.picture_view import PictureView, picture_view
+from fieldcam.tui.picture_view import PictureView
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.sketch import Still, letter_in
 from fieldcam.words import number_of

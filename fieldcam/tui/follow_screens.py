@@ -17,10 +17,11 @@ from fieldcam.tui.aim_telling import aim_banner
 from fieldcam.tui.banner_view import BannerView
 from fieldcam.tui.buttons import Key, big_button
 from fieldcam.tui.cues_view import CuesView
+from fieldcam.tui.fitting_picture import picture_view
 from fieldcam.tui.lights_view import LightsView
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.page import Frame
-from fieldcam.tui.picture_view import PictureView, picture_view
+from fieldcam.tui.picture_view import PictureView
 from fieldcam.tui.preview_view import PreviewView
 from fieldcam.tui.range_view import RangeView
 from fieldcam.tui.sizes_view import SizesView

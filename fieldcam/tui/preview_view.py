@@ -6,9 +6,9 @@ import numpy as np
 from textual.strip import Strip
 from textual.widget import Widget
 
+from fieldcam.tui.cell_picture import full_cells, half_blocks
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.picture import frame_of, shrink
-from fieldcam.tui.picture_view import full_cells, half_blocks
 from fieldcam.values import ImageU8
 
 

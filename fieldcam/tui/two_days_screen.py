@@ -15,6 +15,7 @@ from fieldcam.session.state import WalkState
 from fieldcam.store.judgement_rows import Answer
 from fieldcam.tui.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage
 from fieldcam.tui.days_view import Past
+from fieldcam.tui.fitting_picture import picture_view
 from fieldcam.tui.followed import Followed, followed
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.news import News
@@ -28,7 +29,7 @@ from fieldcam.tui.pairs import (
     said_word,
     unplaced,
 )
-from fieldcam.tui.picture_view import PictureView, picture_view
+from fieldcam.tui.picture_view import PictureView
 
 LOOKING = "Looking for each fruitlet on the other days."
 TOO_FEW = "There are no two accepted pictures of this cluster to compare yet."

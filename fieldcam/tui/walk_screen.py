@@ -19,9 +19,10 @@ from fieldcam.tui.at_cluster import AtCluster
 from fieldcam.tui.banner_view import BannerView
 from fieldcam.tui.buttons import BigButtons
 from fieldcam.tui.days_view import DaysView
+from fieldcam.tui.fitting_picture import picture_view
 from fieldcam.tui.lights_view import LightsView
 from fieldcam.tui.news import News
-from fieldcam.tui.picture_view import PictureView, picture_view
+from fieldcam.tui.picture_view import PictureView
 from fieldcam.tui.sizes_view import SizesView
 from fieldcam.tui.telling import banner, counted, not_saved, progress, sizes_heading
 from fieldcam.tui.words import Words
