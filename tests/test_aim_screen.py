@@ -18,12 +18,12 @@ from fieldcam.session.events import CameraReady, CameraTrouble, Previewed, Saved
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.walks import ClusterState
-from fieldcam.tui.aim_screen import AimScreen
-from fieldcam.tui.aim_telling import BEST, OUTSIDE, WORKING, aim_banner, cue_lines, range_bar
-from fieldcam.tui.banner_view import GAP
-from fieldcam.tui.letters import big, shape
 from fieldcam.tui.remote import shutter_keys
-from fieldcam.tui.walk_screen import WalkScreen
+from fieldcam.tui.screens.aim_screen import AimScreen
+from fieldcam.tui.screens.walk_screen import WalkScreen
+from fieldcam.tui.text.aim_telling import BEST, OUTSIDE, WORKING, aim_banner, cue_lines, range_bar
+from fieldcam.tui.text.letters import big, shape
+from fieldcam.tui.widgets.banner_view import GAP
 from fieldcam.values import FARTHEST_MM, NEAREST_MM, ImageU8, Status
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])

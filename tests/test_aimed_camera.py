@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from stored_walks import raw_pair
 
+from fieldcam.app.hand_aimed import tricks
 from fieldcam.camera import aimed
 from fieldcam.camera.aimed import OF_THE_CABLE, SHRUNK, AimedCamera, Mishap, Wanted, walked_up
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedVisit
 from fieldcam.errors import CameraUnplugged, CaptureTimeout, ImageUnreadable
 from fieldcam.simulator import Block, Fault
-from fieldcam.tui.hand_aimed import tricks
 from fieldcam.values import Calibration, RawPair
 
 PATIENCE_S = 10.0

@@ -11,8 +11,8 @@ from rich.cells import cell_len
 from terminals import Terminal
 from test_ended_by_signals import walk_in
 
-from fieldcam.tui.ascii_only import has_utf8, in_ascii
 from fieldcam.tui.looks import Look, Pictures, chosen_look
+from fieldcam.tui.text.ascii_only import has_utf8, in_ascii
 
 UMLAUT_IN_LATIN_1 = "\udcfc"
 

@@ -19,8 +19,8 @@ from fieldcam.store.durable import storage_error
 from fieldcam.store.folder import DataKind
 from fieldcam.store.store import DATABASE_NAME, Store, open_store
 from fieldcam.store.walks import walk_route
-from fieldcam.tui.offer import Choice, Offer
-from fieldcam.tui.recover_offer import RecoverOffer
+from fieldcam.tui.questions.offer import Choice, Offer
+from fieldcam.tui.questions.recover_offer import RecoverOffer
 
 Capture = pytest.CaptureFixture[str]
 
@@ -32,7 +32,7 @@ def terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("FIELDCAM_DATA", raising=False)
     monkeypatch.setattr(app, "at_a_terminal", lambda: True)
     monkeypatch.setattr(app, "checked_models", lambda data: None)
-    monkeypatch.setattr("fieldcam.tui.recover_offer.may_recover", lambda trouble: False)
+    monkeypatch.setattr("fieldcam.tui.questions.recover_offer.may_recover", lambda trouble: False)
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[Sequence[str]]:
     def run(start: object, lines: Sequence[str], **_: object) -> None:
         found.append(lines)
 
-    monkeypatch.setattr("fieldcam.tui.field.run", run)
+    monkeypatch.setattr("fieldcam.app.field.run", run)
     return found
 
 
@@ -64,7 +64,7 @@ def choose(monkeypatch: pytest.MonkeyPatch, choice: Choice | None) -> list[str]:
         shown.append(no_camera)
         return choice
 
-    monkeypatch.setattr("fieldcam.tui.offer.offered", offered)
+    monkeypatch.setattr("fieldcam.tui.questions.offer.offered", offered)
     return shown
 
 
@@ -129,7 +129,7 @@ def test_without_camera_and_data_the_demo_is_offered(
     monkeypatch.setattr("fieldcam.cli.demo.at_a_terminal", lambda: True)
     monkeypatch.setattr("fieldcam.cli.demo.checked_models", lambda data: None)
     monkeypatch.setattr(
-        "fieldcam.tui.simulated.walk_simulated_row", lambda data, *rest: demos.append(data)
+        "fieldcam.app.simulated.walk_simulated_row", lambda data, *rest: demos.append(data)
     )
     shown = choose(monkeypatch, choice)
     folder = tmp_path / "data"
@@ -317,7 +317,7 @@ def test_recovering_is_asked_for_before_anything_is_written(
         asked.append(error.message)
         return yes
 
-    monkeypatch.setattr("fieldcam.tui.recover_offer.may_recover", may_recover)
+    monkeypatch.setattr("fieldcam.tui.questions.recover_offer.may_recover", may_recover)
     assert main(["--data", str(data)]) == (ExitCode.OK if yes else ExitCode.STORAGE)
     assert len(asked) == 1
     if yes:

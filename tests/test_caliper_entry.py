@@ -16,11 +16,11 @@ from fieldcam.session.events import Done
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.fruit_rows import CaliperIdentity, CaliperSize
-from fieldcam.tui.fruit_words import agreement_line
 from fieldcam.tui.looks import Look, Pictures
-from fieldcam.tui.picture_view import PictureView
-from fieldcam.tui.sizes_view import SizesView
-from fieldcam.tui.sketch import Still
+from fieldcam.tui.text.fruit_words import agreement_line
+from fieldcam.tui.widgets.picture_view import PictureView
+from fieldcam.tui.widgets.sizes_view import SizesView
+from fieldcam.tui.widgets.sketch import Still
 from fieldcam.words import letter_of
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])

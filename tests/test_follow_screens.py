@@ -20,7 +20,7 @@ from fieldcam.session.events import Previewed
 from fieldcam.session.following import NotAiming, Sight, Unseen
 from fieldcam.store.judgement_rows import Action
 from fieldcam.tui.follow_app import FollowApp
-from fieldcam.tui.follow_screens import FollowScreen
+from fieldcam.tui.screens.follow_screens import FollowScreen
 from fieldcam.values import ReasonCode, Status
 
 PHONE, TERMINAL = (48, 46), (80, 24)

@@ -18,7 +18,7 @@ from fieldcam.growth.records import Source
 from fieldcam.growth.resampling import interval90
 from fieldcam.report.growth_page import growth_page
 from fieldcam.simulator.plan import Block
-from fieldcam.tui.growth_words import verdict_lines
+from fieldcam.tui.text.growth_words import verdict_lines
 
 
 @pytest.mark.parametrize("source", Source)

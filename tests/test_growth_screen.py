@@ -26,8 +26,8 @@ from fieldcam.store.judgement_rows import Action, Decision
 from fieldcam.store.orchard_rows import BlockSetting, Setting, Spray
 from fieldcam.store.readings import reading_row
 from fieldcam.store.space import Space
-from fieldcam.tui.growth_words import gauge, more_line
 from fieldcam.tui.looks import Look, Pictures
+from fieldcam.tui.text.growth_words import gauge, more_line
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 DAYS = (0, 4, 8)

@@ -9,8 +9,8 @@ from made_states import AIM
 from screens import SMALL, Driven, drive
 
 from fieldcam.tui.looks import Look, in_theme
-from fieldcam.tui.page import LEAST
 from fieldcam.tui.remembered import remember_theme, remembered_theme
+from fieldcam.tui.screens.page import LEAST
 from fieldcam.tui.themes import CONSOLE, DARK, LIGHT
 
 OPENED = {

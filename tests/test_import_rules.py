@@ -53,10 +53,10 @@ APP = (
 SCREENS = (
     "fieldcam.tui.app",
     "fieldcam.tui.follow_app",
-    "fieldcam.tui.simulated",
-    "fieldcam.tui.replayed",
-    "fieldcam.tui.field",
-    "fieldcam.tui.offer",
+    "fieldcam.app.simulated",
+    "fieldcam.app.replayed",
+    "fieldcam.app.field",
+    "fieldcam.tui.questions.offer",
     "fieldcam.cli.demo",
 )
 HEAVY = (

@@ -16,8 +16,8 @@ from fieldcam.session.calibrating import MISSING
 from fieldcam.session.events import CameraReady, CameraTrouble, LiveEvent
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.walks import ClusterState
-from fieldcam.tui.news import news
-from fieldcam.tui.telling import progress
+from fieldcam.tui.text.news import news
+from fieldcam.tui.text.telling import progress
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 FORBIDDEN = device_error(usb.core.USBError("denied", errno=errno.EACCES))

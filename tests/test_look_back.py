@@ -24,8 +24,8 @@ from fieldcam.session.viewing import WalkView
 from fieldcam.store.judgement_rows import Action, Decision, FruitletMark, MarkKind, Note, Skip
 from fieldcam.store.space import Space
 from fieldcam.store.walks import ClusterState
-from fieldcam.tui.block_screen import duration
-from fieldcam.tui.device_words import (
+from fieldcam.tui.screens.block_screen import duration
+from fieldcam.tui.text.device_words import (
     Disk,
     analysis_facts,
     battery_fact,
@@ -33,8 +33,8 @@ from fieldcam.tui.device_words import (
     camera_facts,
     disk_fact,
 )
-from fieldcam.tui.histogram import histogram
-from fieldcam.tui.history_words import day_lines, picture_line
+from fieldcam.tui.text.histogram import histogram
+from fieldcam.tui.text.history_words import day_lines, picture_line
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 
@@ -89,7 +89,9 @@ def test_screens_that_look_back(
     size: tuple[int, int], past: Past, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Space, "free_bytes", 72_000_000_000)
-    monkeypatch.setattr("fieldcam.tui.device_screen.batteries", lambda: (Battery(87, "charging"),))
+    monkeypatch.setattr(
+        "fieldcam.tui.screens.device_screen.batteries", lambda: (Battery(87, "charging"),)
+    )
 
     async def script(driven: Driven) -> None:
         await driven.tell(past.state)
@@ -324,7 +326,7 @@ def test_growth_is_told_as_exactly_as_it_can_be(
     leaf = replace(second, day=first.day)
     back = replace(first, day=first.day + timedelta(days=1))
     assert "(no fruit grows so)" not in "".join(day_lines([leaf, back]))
-    monkeypatch.setattr("fieldcam.tui.history_words.MOST_MM_PER_DAY", 0.4)
+    monkeypatch.setattr("fieldcam.tui.text.history_words.MOST_MM_PER_DAY", 0.4)
     assert list(day_lines([leaf, back]))[3] == (
         "22 May  5: 11.00 mm, ~+0.50 a day (no fruit grows so)"
     )

@@ -21,10 +21,10 @@ from fieldcam.errors import ExtraMissing
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.tui import looks
-from fieldcam.tui.cell_picture import HALF
 from fieldcam.tui.looks import Look, Pictures, ask_terminal, chosen_look
-from fieldcam.tui.picture_view import PictureView
 from fieldcam.tui.themes import CONSOLE
+from fieldcam.tui.widgets.cell_picture import HALF
+from fieldcam.tui.widgets.picture_view import PictureView
 from fieldcam.values import ImageU8, PixelFormat, Status
 
 WIDE = (160, 45)
@@ -233,7 +233,7 @@ def test_pixels_are_left_to_the_library(tmp_path: Path, monkeypatch: pytest.Monk
     vars(pillow).update(Image=SimpleNamespace(fromarray=lambda array: array))
     for module in (ModuleType("textual_image"), library, pillow):
         monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.delitem(sys.modules, "fieldcam.tui.pixel_picture", raising=False)
+    monkeypatch.delitem(sys.modules, "fieldcam.tui.widgets.pixel_picture", raising=False)
 
     async def script(driven: Driven) -> None:
         await driven.tell(verdict(tmp_path, Status.ACCEPT))

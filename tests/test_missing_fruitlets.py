@@ -20,8 +20,8 @@ from fieldcam.store.captures import SavedCapture
 from fieldcam.store.fruit_rows import MissingWord
 from fieldcam.store.judgement_rows import Answer, FruitletMark, MarkKind
 from fieldcam.store.rows import EntryId
-from fieldcam.tui.news import news
 from fieldcam.tui.sound import Tune
+from fieldcam.tui.text.news import news
 from fieldcam.values import Status, Verdict
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
@@ -47,7 +47,7 @@ class Asked:
 
 @pytest.fixture
 def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
-    monkeypatch.setattr("fieldcam.tui.followed.tracks_of", tracked_by_id)
+    monkeypatch.setattr("fieldcam.tui.screens.followed.tracks_of", tracked_by_id)
     with small_store(tmp_path) as store:
         made = MadeWalk(store)
         first, second = made.visit(), made.visit(2)
@@ -92,7 +92,7 @@ def test_one_that_has_no_row_is_told_too(asked: Asked, monkeypatch: pytest.Monke
     def without_e(cluster: FollowedCluster) -> tuple[Track, ...]:
         return tracked_by_id(cluster)[:3]
 
-    monkeypatch.setattr("fieldcam.tui.followed.tracks_of", without_e)
+    monkeypatch.setattr("fieldcam.tui.screens.followed.tracks_of", without_e)
 
     async def script(driven: Driven) -> None:
         await driven.tell(asked.state())
@@ -163,7 +163,7 @@ def test_what_has_no_depth_is_drawn_and_told(asked: Asked, monkeypatch: pytest.M
 
         return tuple(map(there, tracked_by_id(cluster)))
 
-    monkeypatch.setattr("fieldcam.tui.followed.tracks_of", without_c)
+    monkeypatch.setattr("fieldcam.tui.screens.followed.tracks_of", without_c)
 
     async def script(driven: Driven) -> None:
         await driven.tell(asked.state())

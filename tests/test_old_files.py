@@ -13,7 +13,7 @@ from fieldcam.session import events
 from fieldcam.session.old_files import OldFiles
 from fieldcam.store.integrity import NEWEST
 from fieldcam.store.startup import startup_check
-from fieldcam.tui.news import news
+from fieldcam.tui.text.news import news
 
 
 def season(folder: Path) -> Path:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from stored_walks import small_store
 
+from fieldcam.app.replayed import by_day, choose_visit
 from fieldcam.camera.aimed import AimedCamera, Wanted
 from fieldcam.camera.beside import PictureProcess
 from fieldcam.camera.replay import RecordedDay, ReplayProcess, read_recorded
@@ -22,7 +23,6 @@ from fieldcam.exchange.capture_folder import CaptureFile, read_capture_folder
 from fieldcam.exchange.images import write_png
 from fieldcam.store.judgement_rows import Skip
 from fieldcam.store.walks import walk_route
-from fieldcam.tui.replayed import by_day, choose_visit
 from fieldcam.values import RawPair
 
 FIRST, SECOND = date(2026, 5, 21), date(2026, 5, 24)
@@ -122,7 +122,7 @@ def test_a_folder_is_walked_at_a_terminal_only(
     monkeypatch.setattr(demo, "at_a_terminal", lambda: terminal)
     monkeypatch.setattr(demo, "checked_models", lambda data: None)
     monkeypatch.setattr(
-        "fieldcam.tui.replayed.walk_recorded_folder", lambda *arguments: asked.append(arguments)
+        "fieldcam.app.replayed.walk_recorded_folder", lambda *arguments: asked.append(arguments)
     )
     command = ["--data", str(tmp_path), "demo", "--replay", str(recording)]
     assert main(command) == (ExitCode.OK if terminal else ExitCode.BAD_INPUT)

@@ -14,11 +14,11 @@ from textual.theme import Theme
 
 from fieldcam.store.raw_images import encode_raw
 from fieldcam.tui import themes
-from fieldcam.tui.cell_picture import full_cells, half_blocks
-from fieldcam.tui.letters import HEIGHT, big, shape
-from fieldcam.tui.picture import OUTLINE, STRUCK, Frame, colours, frame_of, shrink, still
 from fieldcam.tui.sound import Bell, Player, Silence, Tune, chosen_sound, waves
-from fieldcam.tui.telling import banner, lights, sizes_heading
+from fieldcam.tui.text.letters import HEIGHT, big, shape
+from fieldcam.tui.text.telling import banner, lights, sizes_heading
+from fieldcam.tui.widgets.cell_picture import full_cells, half_blocks
+from fieldcam.tui.widgets.picture import OUTLINE, STRUCK, Frame, colours, frame_of, shrink, still
 from fieldcam.values import PixelFormat, Reason, ReasonCode, Status, Verdict
 
 LEAST_CONTRAST = 7.0

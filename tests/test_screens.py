@@ -30,12 +30,12 @@ from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.judgement_rows import Action, MarkKind
 from fieldcam.store.walks import ClusterState
-from fieldcam.tui.buttons import BigButton
-from fieldcam.tui.letters import BLOCK
-from fieldcam.tui.news import news
-from fieldcam.tui.sizes_view import SizesView
+from fieldcam.tui.screens.walk_screen import WalkScreen
 from fieldcam.tui.sound import Tune
-from fieldcam.tui.walk_screen import WalkScreen
+from fieldcam.tui.text.letters import BLOCK
+from fieldcam.tui.text.news import news
+from fieldcam.tui.widgets.buttons import BigButton
+from fieldcam.tui.widgets.sizes_view import SizesView
 from fieldcam.values import ReasonCode, Status, Verdict
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])

@@ -24,11 +24,11 @@ from fieldcam.store.connection import rows
 from fieldcam.store.orchard_rows import Block, Setting
 from fieldcam.store.space import Space
 from fieldcam.store.store import Store
-from fieldcam.tui import answers
-from fieldcam.tui.buttons import BigButton
-from fieldcam.tui.setup_screen import SetUpScreen
-from fieldcam.tui.setup_telling import Subject
-from fieldcam.tui.walk_screen import WalkScreen
+from fieldcam.tui.questions import answers
+from fieldcam.tui.screens.setup_screen import SetUpScreen
+from fieldcam.tui.screens.walk_screen import WalkScreen
+from fieldcam.tui.text.setup_telling import Subject
+from fieldcam.tui.widgets.buttons import BigButton
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 BLOOM, TARGET = Setting.BLOOM_CLUSTERS_PER_TREE, Setting.TARGET_FRUIT_PER_TREE

@@ -13,7 +13,9 @@ from made_readings import CAMERA
 from made_states import AIM
 from stored_walks import raw_pair
 
+from fieldcam.app import simulated
 from fieldcam.app.rendered import kept_row
+from fieldcam.app.simulated import _visit
 from fieldcam.camera.aimed import AimedCamera
 from fieldcam.camera.simulated import SimulatedRow
 from fieldcam.cli import demo, main
@@ -24,9 +26,7 @@ from fieldcam.store.folder import DataKind
 from fieldcam.store.judgement_rows import Skip
 from fieldcam.store.store import Store, open_store
 from fieldcam.store.walks import walk_route
-from fieldcam.tui import simulated
-from fieldcam.tui.simulated import _visit
-from fieldcam.tui.telling import banner
+from fieldcam.tui.text.telling import banner
 
 ROW = SimulatedRow((8, 9, 10), CAMERA, date(2026, 5, 21))
 
@@ -125,7 +125,7 @@ def test_at_a_terminal_the_demo_is_the_app(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(demo, "at_a_terminal", lambda: True)
     monkeypatch.setattr(demo, "checked_models", lambda data: None)
     monkeypatch.setattr(
-        "fieldcam.tui.simulated.walk_simulated_row", lambda *arguments: asked.append(arguments)
+        "fieldcam.app.simulated.walk_simulated_row", lambda *arguments: asked.append(arguments)
     )
     command = ["--data", str(tmp_path), "demo", "--clusters", "3", "--days", "0,3"]
     assert main(command) == ExitCode.OK

@@ -24,12 +24,12 @@ from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.space import Space
 from fieldcam.tui.looks import Look, Pictures
-from fieldcam.tui.pair_changes import told_changes
-from fieldcam.tui.pair_sketch import TwoStills
-from fieldcam.tui.pairs import PairRow, pair_lines, pairs_of, said_word
-from fieldcam.tui.picture import draw_line
-from fieldcam.tui.picture_view import PictureView
-from fieldcam.tui.sketch import Label, Painted, stamped
+from fieldcam.tui.screens.pair_changes import told_changes
+from fieldcam.tui.screens.pair_sketch import TwoStills
+from fieldcam.tui.screens.pairs import PairRow, pair_lines, pairs_of, said_word
+from fieldcam.tui.widgets.picture import draw_line
+from fieldcam.tui.widgets.picture_view import PictureView
+from fieldcam.tui.widgets.sketch import Label, Painted, stamped
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 WORDS = Look(Pictures.NONE)
@@ -49,7 +49,7 @@ class Walked:
 @pytest.fixture
 def walked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Walked]:
     monkeypatch.setattr(Space, "free_bytes", 72_000_000_000)
-    monkeypatch.setattr("fieldcam.tui.followed.tracks_of", tracked_by_id)
+    monkeypatch.setattr("fieldcam.tui.screens.followed.tracks_of", tracked_by_id)
     with small_store(tmp_path) as store:
         made = MadeWalk(store)
         first, second = made.visit(), made.visit(2)
@@ -111,7 +111,7 @@ def test_what_was_said_is_shown_and_nothing_is_followed_twice(
         followed.append(len(cluster.words))
         return tracked_by_id(cluster)
 
-    monkeypatch.setattr("fieldcam.tui.followed.tracks_of", counting)
+    monkeypatch.setattr("fieldcam.tui.screens.followed.tracks_of", counting)
     word = Word(Place(walked.one, 2), Place(walked.other, 2))
 
     async def script(driven: Driven) -> None:
@@ -158,7 +158,7 @@ def matched(cluster: FollowedCluster) -> tuple[Track, ...]:
 def test_what_a_word_changes_for_others_is_told(
     walked: Walked, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fieldcam.tui.followed.tracks_of", matched)
+    monkeypatch.setattr("fieldcam.tui.screens.followed.tracks_of", matched)
     word = Word(Place(walked.one, 0), Place(walked.other, 1))
 
     async def script(driven: Driven) -> None:

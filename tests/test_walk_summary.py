@@ -14,7 +14,7 @@ from fieldcam.session.summary import WalkSummary
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.judgement_rows import Action, Decision, FruitletMark, MarkKind, Skip
 from fieldcam.store.walks import ClusterState
-from fieldcam.tui.telling import all_done, summed_up, what_next
+from fieldcam.tui.text.telling import all_done, summed_up, what_next
 
 SUMMARY = WalkSummary(8, 1, 2, 3, 1, (9, 10), True)
 

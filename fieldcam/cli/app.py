@@ -37,10 +37,10 @@ def open_app(data: Path | None, parser: Parser) -> None:
 
 
 def _open(data: Path | None, parser: Parser) -> None:
+    from fieldcam.app.field import walk_field
     from fieldcam.store.lost_rows import check_rows
     from fieldcam.store.store import DATABASE_NAME
-    from fieldcam.tui.field import walk_field
-    from fieldcam.tui.offer import Choice, offered
+    from fieldcam.tui.questions.offer import Choice, offered
 
     path = data_path(data)
     lines: list[str] = []
@@ -69,7 +69,7 @@ def _recovered(path: Path, trouble: StorageError) -> list[str]:
     """What was done, once the operator said yes; raises what is wrong where it was no."""
     from fieldcam.store.recovery import recover
     from fieldcam.store.recovery_words import recovery_lines
-    from fieldcam.tui.recover_offer import may_recover
+    from fieldcam.tui.questions.recover_offer import may_recover
 
     if not may_recover(trouble):
         raise trouble

@@ -59,7 +59,7 @@ def _demo(arguments: argparse.Namespace) -> None:
         _replay(arguments)
         return
     if not (arguments.headless or arguments.json) and at_a_terminal():
-        from fieldcam.tui.simulated import walk_simulated_row
+        from fieldcam.app.simulated import walk_simulated_row
 
         checked_models(arguments.data)
         chosen = (arguments.data, arguments.seed, arguments.clusters, arguments.days)
@@ -91,8 +91,8 @@ def _demo(arguments: argparse.Namespace) -> None:
 
 
 def _replay(arguments: argparse.Namespace) -> None:
+    from fieldcam.app.replayed import walk_recorded_folder
     from fieldcam.exchange.capture_folder import read_capture_folder
-    from fieldcam.tui.replayed import walk_recorded_folder
 
     read_capture_folder(arguments.replay)
     if arguments.headless or arguments.json or not at_a_terminal():

@@ -24,24 +24,24 @@ from fieldcam.session.setting_up import SetUp
 from fieldcam.session.state import WalkState
 from fieldcam.store.rows import EntryId
 from fieldcam.tui import themes
-from fieldcam.tui.aim_screen import AimScreen
-from fieldcam.tui.asking import AskYes, Notice
-from fieldcam.tui.day_questions import DayQuestions
-from fieldcam.tui.doubts import Doubts
-from fieldcam.tui.learning import LearnKey
 from fieldcam.tui.looks import Look
 from fieldcam.tui.messages import Heard, WalkEnded
-from fieldcam.tui.news import News, news
 from fieldcam.tui.opening import OpeningApp
-from fieldcam.tui.page import Frame, Page
 from fieldcam.tui.palette import palette_commands
-from fieldcam.tui.plain_bar import PlainBar
+from fieldcam.tui.questions.asking import AskYes, Notice
+from fieldcam.tui.questions.day_questions import DayQuestions
+from fieldcam.tui.questions.doubts import Doubts
+from fieldcam.tui.questions.learning import LearnKey
+from fieldcam.tui.questions.setup_questions import Questions, carried_out
 from fieldcam.tui.remote import VARIABLE, shutter_keys
-from fieldcam.tui.setup_questions import Questions, carried_out
-from fieldcam.tui.setup_screen import SetUpScreen
+from fieldcam.tui.screens.aim_screen import AimScreen
+from fieldcam.tui.screens.page import Frame, Page
+from fieldcam.tui.screens.setup_screen import SetUpScreen
+from fieldcam.tui.screens.walk_screen import WalkScreen
 from fieldcam.tui.sound import Silence, Sound
+from fieldcam.tui.text.news import News, news
 from fieldcam.tui.trick import Trick
-from fieldcam.tui.walk_screen import WalkScreen
+from fieldcam.tui.widgets.plain_bar import PlainBar
 
 HOW_TO_END = "Q ends the walk, Ctrl+Q from anywhere; started again, it goes on here."
 END = "End the walk? Started again, it goes on here."

@@ -24,7 +24,7 @@ from textual.drivers.linux_driver import LinuxDriver
 from textual.worker import WorkerFailed
 
 from fieldcam.errors import Stopped
-from fieldcam.tui.ascii_only import has_utf8, in_ascii
+from fieldcam.tui.text.ascii_only import has_utf8, in_ascii
 
 Result = TypeVar("Result")
 SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)

@@ -15,7 +15,7 @@ from fieldcam.session.events import Previewed
 from fieldcam.session.following import Follower, NotAiming, Sight, Unseen
 from fieldcam.session.state import WalkState
 from fieldcam.tui.ending import EndableApp, ended_by_signals
-from fieldcam.tui.follow_screens import FollowAim, FollowScreen, FollowWalk
+from fieldcam.tui.screens.follow_screens import FollowAim, FollowScreen, FollowWalk
 from fieldcam.tui.themes import DARK, LIGHT, OTHER
 
 ORPHAN_S = 2.0

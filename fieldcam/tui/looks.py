@@ -14,7 +14,7 @@ from importlib import import_module
 from importlib.util import find_spec
 
 from fieldcam.errors import ExtraMissing
-from fieldcam.tui.ascii_only import has_utf8
+from fieldcam.tui.text.ascii_only import has_utf8
 from fieldcam.tui.themes import CONSOLE, DARK, OTHER
 
 VARIABLE = "FIELDCAM_PICTURES"

@@ -9,21 +9,21 @@ from fieldcam.models import Models
 from fieldcam.session.automatic import Automatic
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
-from fieldcam.tui.aim_screen import AimScreen
-from fieldcam.tui.block_screen import BlockScreen
-from fieldcam.tui.cluster_screen import ClusterScreen
-from fieldcam.tui.device_screen import DeviceScreen
 from fieldcam.tui.ending import EndableApp
-from fieldcam.tui.growth_screen import GrowthScreen, KnownBlocks
-from fieldcam.tui.help_screen import HelpScreen
 from fieldcam.tui.keys import key_commands
-from fieldcam.tui.log_screen import LogScreen
 from fieldcam.tui.looks import Look
-from fieldcam.tui.page import Frame, Page
-from fieldcam.tui.route_screen import RouteScreen
-from fieldcam.tui.setup_screen import SetUpScreen
-from fieldcam.tui.two_days_screen import TwoDaysScreen
-from fieldcam.tui.walk_screen import WalkScreen
+from fieldcam.tui.screens.aim_screen import AimScreen
+from fieldcam.tui.screens.block_screen import BlockScreen
+from fieldcam.tui.screens.cluster_screen import ClusterScreen
+from fieldcam.tui.screens.device_screen import DeviceScreen
+from fieldcam.tui.screens.growth_screen import GrowthScreen, KnownBlocks
+from fieldcam.tui.screens.help_screen import HelpScreen
+from fieldcam.tui.screens.log_screen import LogScreen
+from fieldcam.tui.screens.page import Frame, Page
+from fieldcam.tui.screens.route_screen import RouteScreen
+from fieldcam.tui.screens.setup_screen import SetUpScreen
+from fieldcam.tui.screens.two_days_screen import TwoDaysScreen
+from fieldcam.tui.screens.walk_screen import WalkScreen
 
 LOG_LINES = 500
 

@@ -16,6 +16,7 @@ from torture.rowed_walk import open_row
 
 from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.supervisor import VISION, Supervisor
+from fieldcam.app.running import run
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit, plan_block
 from fieldcam.session.events import (
     AnalysisTrouble,
@@ -28,7 +29,6 @@ from fieldcam.session.events import (
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
-from fieldcam.tui.wiring import run
 from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair
 
 RENDER_S = 300.0

@@ -26,6 +26,7 @@ from terminals import Terminal
 from fieldcam.analysis.requests import Setup
 from fieldcam.analysis.status import Limits
 from fieldcam.analysis.supervisor import Supervisor
+from fieldcam.app.running import run
 from fieldcam.cli.launcher import launch
 from fieldcam.errors import ScreenLost, Stopped
 from fieldcam.session.events import Listener, LiveEvent
@@ -34,7 +35,6 @@ from fieldcam.store.connection import connect_read_only
 from fieldcam.store.rows import EntryId
 from fieldcam.store.startup import startup_check
 from fieldcam.store.store import DATABASE_NAME, Store
-from fieldcam.tui.wiring import run
 from torture.inspection import Announced, Losses, announcement, inspect, missing
 from torture.paths import IMPORTS
 from torture.rowed_walk import QuickCamera, open_folder, open_row
