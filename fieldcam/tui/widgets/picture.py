@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fieldcam.analysis.decoding import stored_image
 from fieldcam.errors import ImageUnreadable
+from fieldcam.session.decoding import stored_image
 from fieldcam.session.state import Shown
 from fieldcam.values import ClusterReading, Ellipse, ImageU8, PixelFormat
 

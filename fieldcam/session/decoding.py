@@ -1,6 +1,6 @@
 """The pixels of stored images; PNG and JPEG are decoded by a process of their own.
 
-`python -m fieldcam.analysis.decoding FILE` is that process: it loads the image library,
+`python -m fieldcam.session.decoding FILE` is that process: it loads the image library,
 which the app's own must not, and writes the picture as PPM to its output.
 """
 
@@ -38,7 +38,7 @@ def stored_image(path: Path) -> ImageU8:
 @lru_cache(maxsize=2)
 def _decoded(path: Path) -> ImageU8:
     """Kept for a screen that draws the same picture anew; a name says what is in its file."""
-    command = [*PYTHON, "-m", "fieldcam.analysis.decoding", str(path)]
+    command = [*PYTHON, "-m", "fieldcam.session.decoding", str(path)]
     try:
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, timeout=DEADLINE_S, check=False
