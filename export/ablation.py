@@ -15,6 +15,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from fieldcam.vision.sizing.covers import covers
+from fieldcam.vision.sizing.diameters import Observation, Size, size_by_paper, size_fruitlet
+from fieldcam.vision.sizing.parameters import Corrections, SizingParameters
 
 from export.evaluate import VALIDATION, Outcome, figures, read_truth
 from fieldcam.calibration.readers import load_rectified
@@ -32,11 +35,8 @@ from fieldcam.values import (
     StereoPair,
 )
 from fieldcam.vision.clouds import FruitletCloud
-from fieldcam.vision.covers import covers
 from fieldcam.vision.pipeline import Pipeline
 from fieldcam.vision.segmentation import is_cut
-from fieldcam.vision.sizing import Observation, Size, size_by_paper, size_fruitlet
-from fieldcam.vision.sizing_settings import Corrections, SizingParameters
 
 Sizing = Callable[[Observation, Calibration], Size]
 Rows = dict[str, list[Outcome]]

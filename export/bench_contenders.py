@@ -15,14 +15,14 @@ from typing import Any, TypeVar
 
 import cv2
 import numpy as np
+from fieldcam.vision.stereo.matching import match_whole
+from fieldcam.vision.stereo.sgbm import SgbmMatcher
 
 from fieldcam.calibration.readers import load_rectified
 from fieldcam.cli.networks import checked_models
 from fieldcam.exchange.images import read_pair
 from fieldcam.values import Calibration, Matcher, Method, Settings, StereoPair
 from fieldcam.vision.pipeline import Pipeline
-from fieldcam.vision.sgbm import SgbmMatcher
-from fieldcam.vision.stereo import match_whole
 
 NO_USER_FOLDER = Path("/nonexistent")
 """Only the shipped networks are timed."""

@@ -3,7 +3,7 @@
 `python -m export.tune_sizing [--folder DIR]` renders the tuning orchard where it
 is missing, runs the shipped networks once on each pair, and prints the figures
 for other values of one setting at a time. `edge_bias_px` stands in the networks'
-manifest, the rest in `fieldcam.vision.sizing_settings`.
+manifest, the rest in `fieldcam.vision.sizing.parameters`.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from fieldcam.vision.sizing.diameters import size_fruitlet
+from fieldcam.vision.sizing.parameters import SizingParameters
+
 from export.ablation import Observed, ObservedPipeline, analyse, with_sizes
 from export.evaluate import Outcome, figures
 from export.render_orchard import TUNING, render_tuning
 from fieldcam.models import find_models
 from fieldcam.values import Settings
-from fieldcam.vision.sizing import size_fruitlet
-from fieldcam.vision.sizing_settings import SizingParameters
 
 GRID: Mapping[str, Sequence[float]] = {
     "edge_bias_px": (-0.2, -0.1, 0.0, 0.1, 0.2, 0.3),

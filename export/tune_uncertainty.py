@@ -1,7 +1,7 @@
 """Fits the standard deviation of sizes to true errors, on pairs that are for tuning only.
 
 `python -m export.tune_uncertainty [--folder DIR ...]` sizes every target fruitlet of the
-pairs, whatever its doubts, fits `fieldcam.vision.sizing_settings.Uncertainty` by maximum
+pairs, whatever its doubts, fits `fieldcam.vision.sizing.parameters.Uncertainty` by maximum
 likelihood, and prints it with how often intervals hold the truth and what each limit on
 the standard deviation would give out.
 """
@@ -17,14 +17,14 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from fieldcam.vision.sizing.diameters import size_fruitlet
+from fieldcam.vision.sizing.parameters import SizingParameters, Uncertainty
 from scipy.optimize import minimize
 
 from export.ablation import ObservedPipeline, analyse
 from export.render_orchard import TUNING, render_tuning
 from fieldcam.models import find_models
 from fieldcam.values import Settings
-from fieldcam.vision.sizing import size_fruitlet
-from fieldcam.vision.sizing_settings import SizingParameters, Uncertainty
 
 Floats = npt.NDArray[np.float64]
 LIMITS_MM = (0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.2)

@@ -20,6 +20,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import numpy.typing as npt
+from fieldcam.vision.judging.eye_matches import match_eyes
+from fieldcam.vision.judging.quality import LIT, clipped_share, middle, white_level
+from fieldcam.vision.judging.sharpness import edge_blur_px, tag_blur_px
+from fieldcam.vision.judging.verdicts import eyes as judging_eyes
+from fieldcam.vision.judging.verdicts import verdicts as judging
+from fieldcam.vision.stereo.matching import gray
+from fieldcam.vision.tags.detection import choose_tag, detect_tags
+from fieldcam.vision.tags.right_eye import find_in_right
 
 from export.render_orchard import TUNING, render_tuning
 from fieldcam.calibration.drift import (
@@ -40,15 +48,8 @@ from fieldcam.values import (
     ImageU8,
     StereoPair,
 )
-from fieldcam.vision import judging, judging_eyes
-from fieldcam.vision.eye_matches import match_eyes
 from fieldcam.vision.pipeline import Pipeline
-from fieldcam.vision.quality import LIT, clipped_share, middle, white_level
 from fieldcam.vision.regions import around_tag
-from fieldcam.vision.right_eye import find_in_right
-from fieldcam.vision.sharpness import edge_blur_px, tag_blur_px
-from fieldcam.vision.stereo import gray
-from fieldcam.vision.tags import choose_tag, detect_tags
 
 PHOTOGRAPHS = Path("../shared/real")
 TONE = 2.0

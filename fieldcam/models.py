@@ -16,8 +16,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from fieldcam.disk.durable import write_durably
 from fieldcam.errors import BadInput, ModelMissing
-from fieldcam.store.durable import write_durably
 
 MANIFEST_NAME = "manifest.json"
 MANIFEST_SCHEMA = 1

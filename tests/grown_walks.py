@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from fieldcam.store.rows.fruit import CaliperIdentity
+from fieldcam.store.rows.judgements import Action, Decision
 from made_clusters import made_view, ring
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
-from fieldcam.store.fruit_rows import CaliperIdentity
-from fieldcam.store.judgement_rows import Action, Decision
 from fieldcam.store.readings import reading_row
 from fieldcam.values import TagPose
 

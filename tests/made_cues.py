@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from fieldcam.session.aim.cue import Cue
 from made_readings import TAG
 
-from fieldcam.session.cue import Cue
 from fieldcam.values import TagPose
 
 

@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 from drawn_tags import IMAGE_CORNERS
+from fieldcam.vision.judging.evidence import Evidence, Quality
+from fieldcam.vision.judging.eye_matches import EyeMatches
+from fieldcam.vision.judging.verdicts import judge
 
 from fieldcam.values import (
     Calibration,
@@ -18,9 +21,6 @@ from fieldcam.values import (
     Region,
     TagPose,
 )
-from fieldcam.vision.evidence import Evidence, Quality
-from fieldcam.vision.eye_matches import EyeMatches
-from fieldcam.vision.judging import judge
 
 CAMERA = Calibration(1440, 1080, 1717.0, 719.5, 539.5, 60.0)
 TAG_MM = 27.95

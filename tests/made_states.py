@@ -7,15 +7,15 @@ from datetime import UTC, date, datetime
 from pathlib import Path
 
 import numpy as np
+from fieldcam.disk.raw_images import encode_raw
+from fieldcam.store.queries.history import CaptureRecord, FruitletSeen, ReadingSummary
+from fieldcam.store.queries.walks import ClusterState, Progress, Stop, WalkRoute
+from fieldcam.store.rows.judgements import Action, Answer
 from live_walks import read
 
 from fieldcam.growth.places import Place, Word
 from fieldcam.session.state import Shown, WalkState
-from fieldcam.store.history import CaptureRecord, FruitletSeen, ReadingSummary
-from fieldcam.store.judgement_rows import Action, Answer
-from fieldcam.store.raw_images import encode_raw
 from fieldcam.store.rows import EntryId
-from fieldcam.store.walks import ClusterState, Progress, Stop, WalkRoute
 from fieldcam.values import ClusterReading, PixelFormat, ReasonCode, Status
 
 STATES = {

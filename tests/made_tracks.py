@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from datetime import date
 
+from fieldcam.session.over_days.growing import FollowedCluster
+
 from fieldcam.growth.places import Association, Place, Track, TrackedVisit
 from fieldcam.growth.records import Presence, Sighting
-from fieldcam.session.growing import FollowedCluster
 
 SURE_OF = {2: 0.6}
 """By the fruitlet's id; 1 for all others."""

@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from fieldcam.session.set_up.setting_up import SetUp
 from made_states import NotedWalk
 from textual.app import App
 from textual.pilot import Pilot
@@ -16,7 +17,6 @@ from textual.widgets import Input
 from textual.worker import WorkerCancelled
 
 from fieldcam.session.events import Changed, Listener, LiveEvent
-from fieldcam.session.setting_up import SetUp
 from fieldcam.session.state import WalkState
 from fieldcam.tui.app import USUAL_LOOK, FieldcamApp
 from fieldcam.tui.looks import Look

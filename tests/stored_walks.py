@@ -8,6 +8,9 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.orchard import Block, Cluster
+from fieldcam.store.rows.walk import Capture
 from made_readings import TAG, made_fruitlet, made_reading
 from sqlite_utils import Database
 
@@ -15,13 +18,10 @@ from fieldcam.store.captures import SavedCapture
 from fieldcam.store.clock import Moment
 from fieldcam.store.facts import CaptureFacts
 from fieldcam.store.folder import DataKind
-from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.orchard_rows import Block, Cluster
 from fieldcam.store.readings import reading_row
 from fieldcam.store.rows import EntryId
 from fieldcam.store.space import Space
 from fieldcam.store.store import Store, open_store
-from fieldcam.store.walk_rows import Capture
 from fieldcam.values import PixelFormat, RawPair
 
 START = datetime(2026, 5, 21, 9, 0, 0, tzinfo=UTC)

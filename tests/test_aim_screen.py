@@ -7,17 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fieldcam.session.aim.automatic import Automatic
+from fieldcam.session.aim.cue import Cue
+from fieldcam.store.queries.walks import ClusterState
 from made_cues import good_cue, tag
 from made_states import AIM, ROUTE, shown_with, verdict
 from screens import LARGE, SMALL, Driven, check_golden, drive
 
 from fieldcam.errors import CameraUnplugged, StorageFull
-from fieldcam.session.automatic import Automatic
-from fieldcam.session.cue import Cue
 from fieldcam.session.events import CameraReady, CameraTrouble, Previewed, Saved, StorageTrouble
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.walks import ClusterState
 from fieldcam.tui.remote import shutter_keys
 from fieldcam.tui.screens.aim_screen import AimScreen
 from fieldcam.tui.screens.walk_screen import WalkScreen

@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from fieldcam.disk.raw_images import decode_raw
+from fieldcam.session.aim.aiming import Aiming
+from fieldcam.session.aim.preview_file import CUE_NAME, IMAGE_NAME, PreviewFile, preview_folder
+from fieldcam.store.queries.history import visit_captures
 from live_walks import ToldAnalysis, Walked, read, walked
 from made_cues import tag
 
 from fieldcam.camera.preview import Preview
 from fieldcam.errors import AnalysisOff, CameraUnplugged, CaptureTimeout, FieldcamError
 from fieldcam.session import shutter
-from fieldcam.session.aiming import Aiming
 from fieldcam.session.events import CameraReady, CameraTrouble, LiveEvent, Previewed, Saved
-from fieldcam.session.preview_file import CUE_NAME, IMAGE_NAME, PreviewFile, preview_folder
 from fieldcam.session.state import CameraState
-from fieldcam.store.history import visit_captures
-from fieldcam.store.raw_images import decode_raw
 
 PREVIEW = Preview(np.full((6, 8), 9, np.uint8), 3, flash_ready=True)
 

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from drawn_tags import IMAGE_CORNERS, draw_tag
+from fieldcam.disk.raw_images import encode_raw
+from fieldcam.vision.tags.detection import detect_tags
 from made_readings import CAMERA
 from watched_analysis import LONG_S, Watch, pair
 
@@ -18,9 +20,7 @@ from fieldcam.analysis.requests import Look, Setup, decode_request, encode_reque
 from fieldcam.analysis.status import State, Status
 from fieldcam.analysis.work import VisionWork
 from fieldcam.errors import AnalysisFailed, AnalysisOff, ImageUnreadable
-from fieldcam.store.raw_images import encode_raw
 from fieldcam.values import Calibration, Expectation
-from fieldcam.vision.tags import detect_tags
 
 RANGE_MM = 440.0
 

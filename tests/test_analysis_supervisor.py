@@ -16,6 +16,7 @@ from random import Random
 from time import perf_counter
 
 import pytest
+from fieldcam.store.rows.orchard import Block
 from made_readings import CAMERA
 from recorded_pairs import write_pairs
 from stored_walks import small_store
@@ -34,7 +35,6 @@ from fieldcam.errors import (
 from fieldcam.exchange.capture_folder import read_capture_folder
 from fieldcam.session.importing import import_pairs
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.orchard_rows import Block
 from fieldcam.values import ClusterReading, Expectation
 
 

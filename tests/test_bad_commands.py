@@ -126,7 +126,7 @@ def test_a_defect_is_logged_and_ends_in_one_sentence(
     def fail(*_: object) -> None:
         raise ZeroDivisionError("a bug")
 
-    monkeypatch.setattr("fieldcam.vision.tags.detect_tags", fail)
+    monkeypatch.setattr("fieldcam.vision.tags.detection.detect_tags", fail)
     assert_one_sentence(*run(capsys, "tags", pair[0]), ExitCode.DEFECT)
     log = (tmp_path / "xdg-state/fieldcam/fieldcam.log").read_text()
     assert "Traceback" in log and "a bug" in log

@@ -10,15 +10,15 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from fieldcam.disk.durable import storage_error
+from fieldcam.store.queries.blocks import block_named
+from fieldcam.store.queries.walks import walk_route
 from stored_walks import FIRST_DAY, MadeWalk, raw_pair, small_store
 
 from fieldcam.cli import app, console, main
 from fieldcam.errors import ExitCode, RowsLost, StorageError, StorageFull
-from fieldcam.store.blocks import block_named
-from fieldcam.store.durable import storage_error
 from fieldcam.store.folder import DataKind
 from fieldcam.store.store import DATABASE_NAME, Store, open_store
-from fieldcam.store.walks import walk_route
 from fieldcam.tui.questions.offer import Choice, Offer
 from fieldcam.tui.questions.recover_offer import RecoverOffer
 

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from fieldcam.disk.durable import write_folder_durably
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from recorded_pairs import write_calibration
@@ -23,7 +24,6 @@ from fieldcam.calibration.sources import read_document
 from fieldcam.calibration.written import calibration_files
 from fieldcam.errors import StorageError
 from fieldcam.store.calibrations import calibration_in_use, next_calibration
-from fieldcam.store.durable import write_folder_durably
 from fieldcam.values import Calibration
 
 

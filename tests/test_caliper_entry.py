@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from fieldcam.store.rows.fruit import CaliperIdentity, CaliperSize
 from screens import LARGE, SMALL, Driven, drive
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 from textual.widgets import Input
@@ -15,7 +16,6 @@ from fieldcam.growth.agreement import Agreement
 from fieldcam.session.events import Done
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.fruit_rows import CaliperIdentity, CaliperSize
 from fieldcam.tui.looks import Look, Pictures
 from fieldcam.tui.text.fruit_words import agreement_line
 from fieldcam.tui.widgets.picture_view import PictureView

@@ -20,6 +20,7 @@ from emulated_camera.pictures import gradients
 from emulated_camera.plugged_bus import PluggedBus
 from emulated_camera.sensor import Sensor
 from emulated_camera.shapes import LEFT_SERIAL, RIGHT_SERIAL, Shape, stereo_head
+from fieldcam.disk.durable import write_durably
 
 from fieldcam.camera import finding
 from fieldcam.camera.preview import Preview
@@ -33,7 +34,6 @@ from fieldcam.errors import (
 )
 from fieldcam.exchange.capture_folder import read_capture_folder
 from fieldcam.exchange.images import read_pair
-from fieldcam.store.durable import write_durably
 from fieldcam.values import Calibration, ImageU8, PixelFormat, RawPair
 
 Capture = pytest.CaptureFixture[str]

@@ -11,6 +11,11 @@ from typing import cast
 
 import pytest
 from called_commands import Capture, run
+from fieldcam.session.over_days.growing import cluster_rows, followed_cluster
+from fieldcam.session.set_up.setting_up import SetUp
+from fieldcam.store.queries.blocks import block_named, settings, tag_size_mm
+from fieldcam.store.rows.orchard import Block, BlockSetting, Setting
+from fieldcam.vision.judging.verdicts import judge
 from made_evidence import evidence, in_right, make_tag
 from made_readings import CAMERA, made_reading
 from recorded_pairs import AtOnce
@@ -21,12 +26,8 @@ from fieldcam.analysis.requests import Setup
 from fieldcam.app.rig import with_cards_of
 from fieldcam.cli.card_size import tag_size_of
 from fieldcam.errors import ExitCode
-from fieldcam.session.growing import cluster_rows, followed_cluster
 from fieldcam.session.importing import ImportTerms, import_pairs
-from fieldcam.session.setting_up import SetUp
-from fieldcam.store.blocks import block_named, settings, tag_size_mm
 from fieldcam.store.connection import rows
-from fieldcam.store.orchard_rows import Block, BlockSetting, Setting
 from fieldcam.store.read_only import open_read_only
 from fieldcam.store.store import Store
 from fieldcam.values import (
@@ -37,7 +38,6 @@ from fieldcam.values import (
     Settings,
     StereoPair,
 )
-from fieldcam.vision.judging import judge
 from fieldcam.vision.pipeline import Pipeline
 
 

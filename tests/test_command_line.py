@@ -163,8 +163,9 @@ def test_the_doctor_doubts_a_clock_that_has_stopped(monkeypatch: pytest.MonkeyPa
 
 
 def test_the_doctors_drawn_pair_holds_its_tag_in_both_eyes() -> None:
+    from fieldcam.vision.tags.detection import detect_tags
+
     from fieldcam.cli.self_test import CAMERA, RANGE_MM, TAG_ID, drawn_pair
-    from fieldcam.vision.tags import detect_tags
 
     drawn = drawn_pair()
     left, right = (detect_tags(eye, CAMERA) for eye in (drawn.left, drawn.right))

@@ -6,13 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fieldcam.session.aim.automatic import Automatic, accepted_since
+from fieldcam.session.aim.cue import MOST_MOVED_MM, Cue, Zone, cue_of
+from fieldcam.store.queries.walks import ClusterState
 from made_cues import good_cue, tag
 from made_states import AIM, ROUTE, shown_with
 
-from fieldcam.session.automatic import Automatic, accepted_since
-from fieldcam.session.cue import MOST_MOVED_MM, Cue, Zone, cue_of
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.store.walks import ClusterState
 from fieldcam.values import FARTHEST_MM, NEAREST_MM
 
 DUE = 12

@@ -8,6 +8,9 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from fieldcam.store.queries.resuming import waiting_for_analysis
+from fieldcam.store.recovery.startup import startup_check
+from fieldcam.store.rows.walk import SEALED_COLUMNS, seal
 from grown_walks import grown_field
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -22,11 +25,8 @@ from fieldcam.session.state import Stage
 from fieldcam.store.connection import rows
 from fieldcam.store.read_only import open_read_only
 from fieldcam.store.readings import reading_row, stored_reading
-from fieldcam.store.resuming import waiting_for_analysis
 from fieldcam.store.seals import damaged_readings
-from fieldcam.store.startup import startup_check
 from fieldcam.store.store import DATABASE_NAME
-from fieldcam.store.walk_rows import SEALED_COLUMNS, seal
 
 Capture = pytest.CaptureFixture[str]
 

@@ -6,12 +6,10 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from stored_walks import FIRST_DAY, MadeWalk, raw_pair, small_store
-
-from fieldcam.session.days import block_days, cluster_days
-from fieldcam.store.captures import SavedCapture
-from fieldcam.store.history import capture_record
-from fieldcam.store.judgement_rows import (
+from fieldcam.session.over_days.days import block_days, cluster_days
+from fieldcam.store.queries.history import capture_record
+from fieldcam.store.queries.usage import bytes_per_capture, last_camera, newest_readings
+from fieldcam.store.rows.judgements import (
     Action,
     Answer,
     Decision,
@@ -22,9 +20,11 @@ from fieldcam.store.judgement_rows import (
     TagCorrection,
     TargetCorrection,
 )
+from stored_walks import FIRST_DAY, MadeWalk, raw_pair, small_store
+
+from fieldcam.store.captures import SavedCapture
 from fieldcam.store.said import said
 from fieldcam.store.space import Space
-from fieldcam.store.usage import bytes_per_capture, last_camera, newest_readings
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ from pathlib import Path
 from time import monotonic, sleep
 
 import pytest
+from fieldcam.store.queries.history import visit_captures
 from live_walks import ToldAnalysis, ToldCamera
 from stored_walks import MadeWalk, small_store
 from terminals import PATIENCE_S, Terminal
@@ -20,7 +21,6 @@ from fieldcam.cli import main
 from fieldcam.errors import ExitCode
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
-from fieldcam.store.history import visit_captures
 from fieldcam.tui.questions.offer import offered
 from fieldcam.tui.screens.walk_screen import WalkScreen
 from fieldcam.values import RawPair

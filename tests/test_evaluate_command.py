@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 from called_commands import Capture, assert_one_sentence, run
 from checked_pages import words_of
+from fieldcam.store.rows.fruit import CaliperSize
 from grown_walks import DAYS, GROWN, START, grown_field
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.errors import ExitCode
-from fieldcam.store.fruit_rows import CaliperSize
 
 OFF_MM = 0.1
 """The camera reads so much less than the calipers."""

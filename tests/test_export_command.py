@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 from called_commands import Capture, assert_one_sentence, run
+from fieldcam.store.rows.orchard import Block
 from grown_walks import DAYS, grown_field
 from stored_walks import small_store
 
 from fieldcam.errors import ExitCode
-from fieldcam.store.orchard_rows import Block
 
 
 @pytest.fixture

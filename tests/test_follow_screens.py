@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fieldcam.session.aim.cue import Cue
+from fieldcam.store.rows.judgements import Action
 from live_walks import read
 from made_cues import good_cue
 from made_states import AIM, shown_with, verdict
 from screens import check_golden, text_of
 from textual.pilot import Pilot
 
-from fieldcam.session.cue import Cue
 from fieldcam.session.events import Previewed
 from fieldcam.session.following import NotAiming, Sight, Unseen
-from fieldcam.store.judgement_rows import Action
 from fieldcam.tui.follow_app import FollowApp
 from fieldcam.tui.screens.follow_screens import FollowScreen
 from fieldcam.values import ReasonCode, Status

@@ -11,14 +11,14 @@ from queue import Queue
 
 import numpy as np
 import pytest
+from fieldcam.session.aim.cue import Cue
+from fieldcam.session.aim.preview_file import PreviewFile, preview_folder
 from made_cues import good_cue
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.errors import StorageError
-from fieldcam.session.cue import Cue
 from fieldcam.session.events import Previewed
 from fieldcam.session.following import Follower, NotAiming, Sight, Unseen
-from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.state import WalkState
 from fieldcam.store.connection import APPLICATION_ID
 from fieldcam.store.read_only import open_read_only

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from fieldcam.session.deciding.undoing import undo_fruit, undo_match
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.growth.places import Place, Word
 from fieldcam.session.book import WalkBook
 from fieldcam.session.doubt import NotNow
 from fieldcam.session.fruit_book import FruitBook
-from fieldcam.session.undoing import undo_fruit, undo_match
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.connection import rows
 from fieldcam.store.rows import EntryId

@@ -7,14 +7,14 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from fieldcam.store.queries.calipers import caliper_sizes, names_in
+from fieldcam.store.queries.counted import association_words
 from live_walks import Walked, read, walked
 from stored_walks import FIRST_DAY
 
 from fieldcam.growth.places import Place, Word
 from fieldcam.session.events import Done, Doubted, Refused, VerdictReady
 from fieldcam.session.state import Shown
-from fieldcam.store.calipers import caliper_sizes, names_in
-from fieldcam.store.counted import association_words
 from fieldcam.store.rows import EntryId
 
 

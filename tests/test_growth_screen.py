@@ -11,6 +11,10 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from fieldcam.session.over_days.block_growth import block_outlook, crop_plan, known_clusters
+from fieldcam.session.over_days.growing import FollowedCluster, block_rows
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.orchard import BlockSetting, Setting, Spray
 from made_readings import TAG, made_fruitlet, made_reading
 from made_tracks import tracked_by_id
 from screens import LARGE, SMALL, Driven, check_golden, drive
@@ -18,12 +22,8 @@ from stored_walks import FIRST_DAY, MadeWalk, small_store
 from textual.widgets import OptionList
 
 from fieldcam.growth.places import Association, SizeRule, Track
-from fieldcam.session.block_growth import block_outlook, crop_plan, known_clusters
-from fieldcam.session.growing import FollowedCluster, block_rows
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.orchard_rows import BlockSetting, Setting, Spray
 from fieldcam.store.readings import reading_row
 from fieldcam.store.space import Space
 from fieldcam.tui.looks import Look, Pictures
@@ -64,7 +64,7 @@ def by_id_or_half(
 @pytest.fixture
 def grown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Grown]:
     monkeypatch.setattr(Space, "free_bytes", 72_000_000_000)
-    monkeypatch.setattr("fieldcam.session.block_growth.tracks_of", by_id_or_half)
+    monkeypatch.setattr("fieldcam.session.over_days.block_growth.tracks_of", by_id_or_half)
     with small_store(tmp_path) as store:
         made = MadeWalk(store)
         for day in DAYS:
@@ -173,7 +173,7 @@ def test_only_what_changed_is_followed_again(grown: Grown, monkeypatch: pytest.M
         followed.append(cluster.tag_id)
         return tracked_by_id(cluster)
 
-    monkeypatch.setattr("fieldcam.session.block_growth.tracks_of", counting)
+    monkeypatch.setattr("fieldcam.session.over_days.block_growth.tracks_of", counting)
 
     async def script(driven: Driven) -> None:
         await driven.tell(grown.state)
@@ -220,7 +220,7 @@ def test_how_far_the_following_is(grown: Grown, monkeypatch: pytest.MonkeyPatch)
             assert go_on.wait(10)
         return tracked_by_id(cluster)
 
-    monkeypatch.setattr("fieldcam.session.block_growth.tracks_of", waiting)
+    monkeypatch.setattr("fieldcam.session.over_days.block_growth.tracks_of", waiting)
 
     async def script(driven: Driven) -> None:
         await driven.tell(grown.state)

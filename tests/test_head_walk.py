@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from called_commands import CAMERA_INFO
 from emulated_head import DISPARITY, HEIGHT, QUICK, WIDTH, Bench
+from fieldcam.store.rows.walk import ObjectRole
 from live_walks import Heard, ToldAnalysis, read
 from stored_walks import MadeWalk, small_store
 
@@ -21,7 +22,6 @@ from fieldcam.store.calibrations import next_calibration
 from fieldcam.store.captures import load_raw
 from fieldcam.store.connection import rows
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import ObjectRole
 
 CALIBRATION = CAMERA_INFO.format(width=WIDTH, height=HEIGHT, tx=-45.6)
 

@@ -15,6 +15,13 @@ from typing import cast
 
 import numpy as np
 import pytest
+from fieldcam.store.queries.blocks import blocks, visits
+from fieldcam.store.queries.history import cluster_history
+from fieldcam.store.queries.resuming import resume, saved_capture, waiting_for_analysis
+from fieldcam.store.recovery.integrity import full_check, rehash
+from fieldcam.store.recovery.startup import startup_check
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.orchard import Block
 from made_readings import made_reading
 from recorded_pairs import (
     HEIGHT,
@@ -39,16 +46,9 @@ from fieldcam.exchange.capture_folder import read_capture_folder
 from fieldcam.exchange.images import read_image
 from fieldcam.session.importing import ImportTerms, Outcome, import_pairs
 from fieldcam.session.intake import Fate
-from fieldcam.store.blocks import blocks, visits
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.connection import rows
 from fieldcam.store.folder import DataKind
-from fieldcam.store.history import cluster_history
-from fieldcam.store.integrity import full_check, rehash
-from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.orchard_rows import Block
-from fieldcam.store.resuming import resume, saved_capture, waiting_for_analysis
-from fieldcam.store.startup import startup_check
 from fieldcam.store.store import Store, open_store
 from fieldcam.values import (
     Calibration,

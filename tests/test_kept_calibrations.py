@@ -8,6 +8,7 @@ from errno import EACCES
 from pathlib import Path
 
 import pytest
+from fieldcam.store.queries.resuming import saved_capture
 from live_walks import Walked, read, walked
 from recorded_pairs import write_calibration
 
@@ -18,7 +19,6 @@ from fieldcam.session.events import CameraReady, Previewed, Saved
 from fieldcam.session.state import CameraState
 from fieldcam.store.calibrations import next_calibration
 from fieldcam.store.connection import rows
-from fieldcam.store.resuming import saved_capture
 
 
 def calibrate(walk: Walked, comment: str = "") -> bytes:

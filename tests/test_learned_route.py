@@ -7,12 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fieldcam.store.rows.orchard import Cluster, Route
 from live_walks import Walked, read
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.session.events import Done, Doubted, Refused, VerdictReady
 from fieldcam.session.state import WalkState
-from fieldcam.store.orchard_rows import Cluster, Route
 from fieldcam.values import ClusterReading, ReasonCode, Status
 
 RETAKE = Status.RETAKE

@@ -7,6 +7,11 @@ from pathlib import Path
 from time import monotonic
 
 import pytest
+from fieldcam.store.queries.counted import counted_visits
+from fieldcam.store.queries.history import cluster_history, visit_captures
+from fieldcam.store.queries.walks import ClusterState, expectation
+from fieldcam.store.rows.judgements import Action, Answer, MarkKind
+from fieldcam.store.rows.orchard import Route
 from live_walks import ToldCamera, Walked, read, walked
 
 from fieldcam.analysis.status import State, Status
@@ -34,12 +39,7 @@ from fieldcam.session.events import (
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.state import CameraState, Stage, WalkState
 from fieldcam.store.connection import rows
-from fieldcam.store.counted import counted_visits
-from fieldcam.store.history import cluster_history, visit_captures
-from fieldcam.store.judgement_rows import Action, Answer, MarkKind
-from fieldcam.store.orchard_rows import Route
 from fieldcam.store.rows import EntryId
-from fieldcam.store.walks import ClusterState, expectation
 from fieldcam.values import Expectation, RawPair, ReasonCode
 from fieldcam.values import Status as VerdictStatus
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 import usb.core
+from fieldcam.store.queries.walks import ClusterState
 from made_states import AIM, ROUTE
 from screens import LARGE, SMALL, Driven, drive
 
@@ -15,7 +16,6 @@ from fieldcam.camera.usb3vision.usb_faults import device_error
 from fieldcam.session.calibrating import MISSING
 from fieldcam.session.events import CameraReady, CameraTrouble, LiveEvent
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.store.walks import ClusterState
 from fieldcam.tui.text.news import news
 from fieldcam.tui.text.telling import progress
 

@@ -9,6 +9,9 @@ from datetime import date, timedelta
 from pathlib import Path
 
 import pytest
+from fieldcam.session.over_days.days import cluster_days
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import Action, Decision, FruitletMark, MarkKind, Note, Skip
 from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import MadeWalk, small_store
 from textual.widgets import Input
@@ -17,13 +20,10 @@ from fieldcam.analysis.status import State
 from fieldcam.analysis.status import Status as AnalysisStatus
 from fieldcam.calibration.stored_drift import TagSizes
 from fieldcam.session.battery import Battery
-from fieldcam.session.days import cluster_days
 from fieldcam.session.events import Refused
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.judgement_rows import Action, Decision, FruitletMark, MarkKind, Note, Skip
 from fieldcam.store.space import Space
-from fieldcam.store.walks import ClusterState
 from fieldcam.tui.screens.block_screen import duration
 from fieldcam.tui.text.device_words import (
     Disk,

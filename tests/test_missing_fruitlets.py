@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
+from fieldcam.session.over_days.growing import FollowedCluster
+from fieldcam.store.rows.fruit import MissingWord
+from fieldcam.store.rows.judgements import Answer, FruitletMark, MarkKind
 from made_tracks import tracked_by_id
 from screens import LARGE, SMALL, Driven, drive
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.growth.places import Place, Track
 from fieldcam.session.events import Done, Refused, VerdictReady
-from fieldcam.session.growing import FollowedCluster
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.fruit_rows import MissingWord
-from fieldcam.store.judgement_rows import Answer, FruitletMark, MarkKind
 from fieldcam.store.rows import EntryId
 from fieldcam.tui.sound import Tune
 from fieldcam.tui.text.news import news

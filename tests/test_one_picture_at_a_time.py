@@ -8,6 +8,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from fieldcam.store.queries.blocks import tree_of_tags
+from fieldcam.store.queries.history import CaptureRecord, visit_captures
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.orchard import Block
 from live_walks import ToldCamera, Walked, read, walked
 from stored_walks import FIRST_DAY
 
@@ -15,10 +19,6 @@ from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.session.events import Changed, DayDoubted, Done, Refused, Saved, VerdictReady
 from fieldcam.session.live import LiveWalk
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.store.blocks import tree_of_tags
-from fieldcam.store.history import CaptureRecord, visit_captures
-from fieldcam.store.orchard_rows import Block
-from fieldcam.store.walks import ClusterState
 from fieldcam.values import RawPair
 
 BUSY = "A picture is being taken: wait until it is saved."

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 import pytest
 from drawn_tags import draw_tag
+from fieldcam.calibration.aruco_families import FAMILIES
+from fieldcam.vision.tags.other_families import NOT_ASKED, other_family
 
 from fieldcam.exchange.images import read_image
 from fieldcam.values import ImageU8
-from fieldcam.vision.aruco_families import FAMILIES
-from fieldcam.vision.other_families import NOT_ASKED, other_family
 
 GREY = np.full((400, 500), 120, np.uint8)
 

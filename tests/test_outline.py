@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import pytest
-
-from fieldcam.values import BoolMask, FloatMap, Instance, Mask, Region
-from fieldcam.vision.ellipse import EllipseFit, fit_ellipse
-from fieldcam.vision.outline import (
+from fieldcam.vision.sizing.ellipse import EllipseFit, fit_ellipse
+from fieldcam.vision.sizing.outline import (
     Cover,
     hidden_arc,
     pixel_outline,
     true_edge,
     zero_outline,
 )
+
+from fieldcam.values import BoolMask, FloatMap, Instance, Mask, Region
 
 Vectors = npt.NDArray[np.float64]
 SIDE = 120

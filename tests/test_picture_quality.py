@@ -10,6 +10,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from drawn_tags import IMAGE_CORNERS, draw_tag
+from fieldcam.vision.judging.eye_matches import match_eyes
+from fieldcam.vision.judging.quality import measure_quality
+from fieldcam.vision.judging.sharpness import edge_blur_px, tag_blur_px
+from fieldcam.vision.judging.verdicts import judge
+from fieldcam.vision.tags.detection import detect_tags
 from made_evidence import UNREAD, evidence, make_fruitlet, make_tag
 
 from fieldcam.values import (
@@ -20,11 +25,6 @@ from fieldcam.values import (
     StereoPair,
     TagPose,
 )
-from fieldcam.vision.eye_matches import match_eyes
-from fieldcam.vision.judging import judge
-from fieldcam.vision.quality import measure_quality
-from fieldcam.vision.sharpness import edge_blur_px, tag_blur_px
-from fieldcam.vision.tags import detect_tags
 
 TAG_CORNERS_PX = 100 + 55.0 * IMAGE_CORNERS
 

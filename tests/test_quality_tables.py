@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 from drawn_fruit import CAMERA, Fruit, draw
+from fieldcam.vision.sizing.diameters import size_fruitlet
 
 from export.bench import CONTENDERS, PAPER, machine, report
 from fieldcam.values import Region
 from fieldcam.vision.clouds import fruitlet_cloud
-from fieldcam.vision.sizing import size_fruitlet
 
 pytest.importorskip("embreex", reason="the simulator extra is not installed")
 

@@ -9,6 +9,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
+from fieldcam.store.rows.walk import Visit
 from grown_walks import grown_field
 from stored_walks import FIRST_DAY, MadeWalk, facts_without_rows, small_store
 
@@ -18,7 +19,6 @@ from fieldcam.store.folder import DataKind
 from fieldcam.store.migrations import steps
 from fieldcam.store.read_only import open_read_only
 from fieldcam.store.store import open_store
-from fieldcam.store.walk_rows import Visit
 
 
 @contextmanager

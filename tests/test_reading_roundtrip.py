@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from fieldcam.codec import packing
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from fieldcam.errors import ReadingInvalid
-from fieldcam.exchange import packing
 from fieldcam.exchange.reading_report import reading_report
 from fieldcam.exchange.readings import decode_reading, dump_reading, encode_reading, load_reading
 from fieldcam.values import (

@@ -12,6 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fieldcam.store.recovery.integrity import full_check, rehash
+from fieldcam.store.recovery.mending import recover
+from fieldcam.store.recovery.startup import startup_check
+from fieldcam.store.rows.orchard import Block
+from fieldcam.store.rows.walk import Capture
 from hypothesis import given
 from hypothesis import strategies as st
 from recorded_pairs import AtOnce, FakeAnalyst, write_pairs
@@ -26,13 +31,8 @@ from fieldcam.store.clock import Moment
 from fieldcam.store.connection import rows
 from fieldcam.store.facts import CaptureFacts, dump_facts, load_facts
 from fieldcam.store.folder import DataKind
-from fieldcam.store.integrity import full_check, rehash
-from fieldcam.store.orchard_rows import Block
 from fieldcam.store.read_only import open_read_only
-from fieldcam.store.recovery import recover
-from fieldcam.store.startup import startup_check
 from fieldcam.store.store import DATABASE_NAME, open_store
-from fieldcam.store.walk_rows import Capture
 
 KNOWN = (
     "SELECT capture.id, capture.tag_expected, capture.view, capture.calibration, visit.day,"

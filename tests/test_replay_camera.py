@@ -11,6 +11,8 @@ from typing import cast
 
 import numpy as np
 import pytest
+from fieldcam.store.queries.walks import walk_route
+from fieldcam.store.rows.judgements import Skip
 from stored_walks import small_store
 
 from fieldcam.app.replayed import by_day, choose_visit
@@ -21,8 +23,6 @@ from fieldcam.cli import demo, main
 from fieldcam.errors import CameraUnplugged, ExitCode, ImageUnreadable
 from fieldcam.exchange.capture_folder import CaptureFile, read_capture_folder
 from fieldcam.exchange.images import write_png
-from fieldcam.store.judgement_rows import Skip
-from fieldcam.store.walks import walk_route
 from fieldcam.values import RawPair
 
 FIRST, SECOND = date(2026, 5, 21), date(2026, 5, 24)

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 from called_commands import Capture, run
+from fieldcam.session.over_days import rereading
+from fieldcam.session.over_days.evaluating import named_clusters
+from fieldcam.store.queries.blocks import blocks
 from grown_walks import GROWN, START, grown_field
 from made_clusters import made_view, ring
 from test_evaluate_command import OFF_MM, caliper_table
 
 from fieldcam.errors import ExitCode, StorageError
 from fieldcam.growth.evaluation.named import NamedCluster
-from fieldcam.session import rereading
-from fieldcam.session.evaluating import named_clusters
-from fieldcam.store.blocks import blocks
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.read_only import ReadOnlyStore, open_read_only
 from fieldcam.values import ClusterReading, Expectation, Settings

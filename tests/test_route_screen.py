@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from fieldcam.store.queries.walks import ClusterState, Stop, WalkRoute
 from made_states import AIM
 from screens import LARGE, SMALL, Driven, drive
-
-from fieldcam.store.walks import ClusterState, Stop, WalkRoute
 
 STATES = list(ClusterState)
 

@@ -11,15 +11,15 @@ from typing import NoReturn
 
 import numpy as np
 import pytest
+from fieldcam.disk.durable import write_durably
+from fieldcam.disk.raw_images import decode_raw, encode_raw
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldcam.errors import ImageUnreadable, StorageError, StorageFull
 from fieldcam.store.captures import load_raw
 from fieldcam.store.connection import rows
-from fieldcam.store.durable import write_durably
 from fieldcam.store.folder import DataKind, data_path, open_data_folder
-from fieldcam.store.raw_images import decode_raw, encode_raw
 from fieldcam.store.store import open_store
 from fieldcam.values import ImageU8, PixelFormat, RawPair
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fieldcam.disk.raw_images import encode_raw
 from live_walks import read
 from made_states import AIM, shown_with
 from textual.color import Color
 from textual.theme import Theme
 
-from fieldcam.store.raw_images import encode_raw
 from fieldcam.tui import themes
 from fieldcam.tui.sound import Bell, Player, Silence, Tune, chosen_sound, waves
 from fieldcam.tui.text.letters import HEIGHT, big, shape

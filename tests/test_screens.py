@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import Action, MarkKind
 from live_walks import read
 from made_states import AIM, ROUTE, shown_with, verdict
 from screens import LARGE, SMALL, Driven, check_golden, drive
@@ -28,8 +30,6 @@ from fieldcam.session.events import (
 )
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.judgement_rows import Action, MarkKind
-from fieldcam.store.walks import ClusterState
 from fieldcam.tui.screens.walk_screen import WalkScreen
 from fieldcam.tui.sound import Tune
 from fieldcam.tui.text.letters import BLOCK

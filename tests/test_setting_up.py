@@ -8,18 +8,18 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 import pytest
+from fieldcam.session.set_up.setting_up import SetUp, SetUpState
+from fieldcam.session.set_up.today import day_of
+from fieldcam.store.queries.walks import walk_route
+from fieldcam.store.rows.orchard import Block, Setting
+from fieldcam.store.rows.walk import Event, EventKind
 from stored_walks import FIRST_DAY, small_store
 
 from fieldcam.errors import BadInput, StorageFull
 from fieldcam.exchange.route_table import read_route
-from fieldcam.session.setting_up import SetUp, SetUpState
-from fieldcam.session.today import day_of
 from fieldcam.store.clock import Moment
 from fieldcam.store.connection import rows
-from fieldcam.store.orchard_rows import Block, Setting
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import Event, EventKind
-from fieldcam.store.walks import walk_route
 
 BLOOM, TARGET = Setting.BLOOM_CLUSTERS_PER_TREE, Setting.TARGET_FRUIT_PER_TREE
 

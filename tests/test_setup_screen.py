@@ -8,6 +8,11 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from fieldcam.session.aim.automatic import Automatic
+from fieldcam.session.set_up.setting_up import SetUp
+from fieldcam.store.queries.blocks import VisitSummary
+from fieldcam.store.queries.blocks import visits as visits_of
+from fieldcam.store.rows.orchard import Block, Setting
 from made_states import AIM
 from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import FIRST_DAY, small_store
@@ -15,13 +20,8 @@ from textual.geometry import Offset
 from textual.widgets import Input, OptionList
 
 from fieldcam.errors import BadInput, StorageFull
-from fieldcam.session.automatic import Automatic
 from fieldcam.session.events import DayDoubted
-from fieldcam.session.setting_up import SetUp
-from fieldcam.store.blocks import VisitSummary
-from fieldcam.store.blocks import visits as visits_of
 from fieldcam.store.connection import rows
-from fieldcam.store.orchard_rows import Block, Setting
 from fieldcam.store.space import Space
 from fieldcam.store.store import Store
 from fieldcam.tui.questions import answers

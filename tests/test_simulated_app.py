@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import cast
 
 import pytest
+from fieldcam.store.queries.walks import walk_route
+from fieldcam.store.rows.judgements import Skip
 from made_readings import CAMERA
 from made_states import AIM
 from stored_walks import raw_pair
@@ -23,9 +25,7 @@ from fieldcam.errors import ExitCode
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.state import CameraState
 from fieldcam.store.folder import DataKind
-from fieldcam.store.judgement_rows import Skip
 from fieldcam.store.store import Store, open_store
-from fieldcam.store.walks import walk_route
 from fieldcam.tui.text.telling import banner
 
 ROW = SimulatedRow((8, 9, 10), CAMERA, date(2026, 5, 21))

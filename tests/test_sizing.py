@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drawn_fruit import CAMERA, Drawn, Fruit, draw
+from fieldcam.vision.sizing.covers import covers
+from fieldcam.vision.sizing.diameters import Observation, Size, size_by_paper, size_fruitlet
+from fieldcam.vision.sizing.parameters import Corrections, SizingParameters, Uncertainty
 
 from fieldcam.values import DisparityWindow, Flag, Region
 from fieldcam.vision.clouds import fruitlet_cloud
-from fieldcam.vision.covers import covers
 from fieldcam.vision.segmentation import is_cut
-from fieldcam.vision.sizing import Observation, Size, size_by_paper, size_fruitlet
-from fieldcam.vision.sizing_settings import Corrections, SizingParameters, Uncertainty
 
 
 def observations(drawn: Drawn) -> list[Observation]:

@@ -9,11 +9,17 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
+from fieldcam.vision.stereo.matching import (
+    match_coarse,
+    match_region,
+    match_whole,
+    resized,
+    right_crop,
+)
+from fieldcam.vision.stereo.raft import RaftMatcher, enlarged
+from fieldcam.vision.stereo.sgbm import SgbmMatcher
 
 from fieldcam.values import FloatMap, ImageU8, Region, StereoPair
-from fieldcam.vision.raft import RaftMatcher, enlarged
-from fieldcam.vision.sgbm import SgbmMatcher
-from fieldcam.vision.stereo import match_coarse, match_region, match_whole, resized, right_crop
 
 Array = npt.NDArray[Any]
 

@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
+from fieldcam.vision.stereo.matching import StereoMatcher, match_whole
+from fieldcam.vision.stereo.sgbm import SgbmMatcher
 
 from fieldcam.cli.networks import checked_models, open_raft
 from fieldcam.values import BoolMask, FloatMap, Matcher, StereoPair
-from fieldcam.vision.sgbm import SgbmMatcher
-from fieldcam.vision.stereo import StereoMatcher, match_whole
 
 BOUND = 64
 # Error in px, share over 3 px or unknown: of all pixels with truth, then of those

@@ -11,13 +11,13 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from fieldcam.store.rows.judgements import Action, Decision, Note
+from fieldcam.store.rows.orchard import Block
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from stored_walks import MadeWalk, SteppingClock, small_store
 
 from fieldcam.store.connection import rows
-from fieldcam.store.judgement_rows import Action, Decision, Note
-from fieldcam.store.orchard_rows import Block
 from fieldcam.store.store import Store
 
 WRITER = """
@@ -25,8 +25,8 @@ import sys
 from pathlib import Path
 sys.path[:0] = {tests!r}
 from stored_walks import small_store
-from fieldcam.store.judgement_rows import Note
-from fieldcam.store.orchard_rows import Block
+from fieldcam.store.rows.judgements import Note
+from fieldcam.store.rows.orchard import Block
 with small_store(Path({folder!r})) as store:
     store.block(Block("shared"))
     for number in range(25):

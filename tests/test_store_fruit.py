@@ -10,6 +10,24 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from fieldcam.session.over_days.growing import block_rows, cluster_rows, followed_cluster, word_row
+from fieldcam.store.queries.calipers import (
+    MeasuredTwice,
+    caliper_sizes,
+    measured_twice,
+    named_fruitlets,
+    names_in,
+)
+from fieldcam.store.queries.counted import association_words, counted_visits
+from fieldcam.store.rows.fruit import AssociationWord, CaliperIdentity, CaliperSize
+from fieldcam.store.rows.judgements import (
+    Action,
+    Decision,
+    FruitletMark,
+    MarkKind,
+    TargetCorrection,
+)
+from fieldcam.store.rows.walk import Visit
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_readings import TAG, disc_mask, made_fruitlet, made_reading
@@ -17,32 +35,14 @@ from stored_walks import FIRST_DAY, MadeWalk, facts_without_rows, small_store
 
 from fieldcam.growth.places import Place
 from fieldcam.growth.places import Word as Match
-from fieldcam.session.growing import block_rows, cluster_rows, followed_cluster, word_row
-from fieldcam.store.calipers import (
-    MeasuredTwice,
-    caliper_sizes,
-    measured_twice,
-    named_fruitlets,
-    names_in,
-)
 from fieldcam.store.clock import machine_id
 from fieldcam.store.connection import connect, rows
-from fieldcam.store.counted import association_words, counted_visits
-from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
 from fieldcam.store.identity import identify
 from fieldcam.store.journal import insert
-from fieldcam.store.judgement_rows import (
-    Action,
-    Decision,
-    FruitletMark,
-    MarkKind,
-    TargetCorrection,
-)
 from fieldcam.store.migrations import migrate, steps, version_of
 from fieldcam.store.readings import reading_row
 from fieldcam.store.rows import EntryId
 from fieldcam.store.said import said
-from fieldcam.store.walk_rows import Visit
 
 
 @pytest.fixture

@@ -12,6 +12,10 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
+from fieldcam.store.queries.resuming import saved_capture, waiting_for_analysis
+from fieldcam.store.recovery.integrity import Fault, full_check, rehash
+from fieldcam.store.recovery.startup import startup_check
+from fieldcam.store.rows.judgements import Note
 from stored_walks import FIRST_DAY, MadeWalk, SteppingClock, raw_pair, small_store
 
 from fieldcam.errors import DatabaseTooNew, StorageDamaged, StorageError, StorageFull
@@ -20,12 +24,8 @@ from fieldcam.store.connection import connect, connect_read_only, rows
 from fieldcam.store.export import export_database
 from fieldcam.store.folder import DataKind
 from fieldcam.store.identity import identify
-from fieldcam.store.integrity import Fault, full_check, rehash
-from fieldcam.store.judgement_rows import Note
 from fieldcam.store.migrations import migrate, steps, version_of
-from fieldcam.store.resuming import saved_capture, waiting_for_analysis
 from fieldcam.store.space import Space
-from fieldcam.store.startup import startup_check
 from fieldcam.store.store import open_store
 
 

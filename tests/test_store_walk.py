@@ -8,13 +8,12 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
-from made_readings import TAG, made_reading
-from stored_walks import FIRST_DAY, MadeWalk, SteppingClock, raw_pair, small_store
-
-from fieldcam.store.blocks import blocks, settings, sprays, visits
-from fieldcam.store.durations import visit_times
-from fieldcam.store.history import capture_record, cluster_history, cluster_marks
-from fieldcam.store.judgement_rows import (
+from fieldcam.store.queries.blocks import blocks, settings, sprays, visits
+from fieldcam.store.queries.durations import visit_times
+from fieldcam.store.queries.history import capture_record, cluster_history, cluster_marks
+from fieldcam.store.queries.resuming import last_undoable, resume, waiting_for_analysis
+from fieldcam.store.queries.walks import ClusterState, Progress, expectation, walk_route
+from fieldcam.store.rows.judgements import (
     Action,
     Decision,
     FruitletMark,
@@ -24,11 +23,12 @@ from fieldcam.store.judgement_rows import (
     TagCorrection,
     TargetCorrection,
 )
-from fieldcam.store.orchard_rows import BlockSetting, Cluster, Route, Setting, Spray
+from fieldcam.store.rows.orchard import BlockSetting, Cluster, Route, Setting, Spray
+from fieldcam.store.rows.walk import AnalysisFailure, Event, EventKind
+from made_readings import TAG, made_reading
+from stored_walks import FIRST_DAY, MadeWalk, SteppingClock, raw_pair, small_store
+
 from fieldcam.store.readings import reading_row, stored_reading
-from fieldcam.store.resuming import last_undoable, resume, waiting_for_analysis
-from fieldcam.store.walk_rows import AnalysisFailure, Event, EventKind
-from fieldcam.store.walks import ClusterState, Progress, expectation, walk_route
 from fieldcam.values import Expectation, Status, Verdict
 
 

@@ -8,6 +8,9 @@ from pathlib import Path
 import pytest
 from called_commands import Capture, assert_one_sentence, run
 from checked_pages import words_of
+from fieldcam.session.over_days.days import block_days, cluster_days
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.orchard import Block
 from grown_walks import DAYS, LATER_DAYS, grown_field, photograph
 from planned_blocks import Measuring, measured_block
 from stored_walks import MadeWalk, raw_pair, small_store
@@ -15,10 +18,7 @@ from stored_walks import MadeWalk, raw_pair, small_store
 from fieldcam.errors import ExitCode
 from fieldcam.exchange.calipers.wide import wide_table
 from fieldcam.growth.records import Source
-from fieldcam.session.days import block_days, cluster_days
 from fieldcam.simulator.plan import Block as PlannedBlock
-from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.orchard_rows import Block
 
 
 @pytest.fixture

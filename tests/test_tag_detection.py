@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from drawn_tags import IMAGE_CORNERS, draw_tag
+from fieldcam.vision.tags.detection import choose_tag, detect_tags
 
 from fieldcam.exchange.images import read_image
 from fieldcam.values import Calibration, TagPose
-from fieldcam.vision.tags import choose_tag, detect_tags
 
 Array = npt.NDArray[np.float64]
 
@@ -133,7 +133,7 @@ def test_threads_may_share_the_detector() -> None:
 def test_the_process_ends_cleanly_after_detecting() -> None:
     program = (
         "import numpy as np\n"
-        "from fieldcam.vision.tags import detect_tags\n"
+        "from fieldcam.vision.tags.detection import detect_tags\n"
         "held = detect_tags(np.zeros((90, 90), np.uint8))\n"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fieldcam.vision.tags.detection import detect_tags
 
 from fieldcam.cli import main
 from fieldcam.errors import BadInput, ExitCode
@@ -22,7 +23,6 @@ from fieldcam.report.tag_sheets import (
     tag_sheets,
 )
 from fieldcam.values import TAG_SIZE_MM, Floats, ImageU8, TagPose
-from fieldcam.vision.tags import detect_tags
 
 PX_PER_MM = 6
 RECTANGLE = re.compile(rb"([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+) re\n")

@@ -9,9 +9,9 @@ import threading
 from pathlib import Path
 
 import pytest
+from fieldcam.disk.targets import write_target
 
 from fieldcam.errors import BadInput, ExitCode, FieldcamError, StorageError, StorageFull
-from fieldcam.exchange.targets import write_target
 
 
 def fail_with(monkeypatch: pytest.MonkeyPatch, number: int) -> None:

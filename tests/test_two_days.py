@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fieldcam.session.over_days.growing import FollowedCluster, word_row
 from live_walks import read
 from made_states import shown_with
 from made_tracks import tracked_by_id
@@ -19,7 +20,6 @@ from stored_walks import FIRST_DAY, MadeWalk, small_store
 from fieldcam.growth.places import Place, Track, TrackedVisit, Word
 from fieldcam.growth.records import Presence, Sighting
 from fieldcam.session.events import Done
-from fieldcam.session.growing import FollowedCluster, word_row
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.space import Space

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fieldcam.vision.judging.doubt import unsure_places
+from fieldcam.vision.judging.verdicts import judge
 from made_evidence import CAMERA, SEARCHED, evidence, make_fruitlet
 
 from fieldcam.values import DisparityWindow, Flag, ReasonCode, Status
-from fieldcam.vision.judging import judge
-from fieldcam.vision.judging_doubt import unsure_places
 
 BESIDE = (880.0, 610.0)
 FAR_ASIDE = (620.0, 300.0)

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from fieldcam.vision.judging.eye_matches import EyeMatches
+from fieldcam.vision.judging.verdicts import judge
 from made_evidence import (
     CAMERA,
     GAMMA_BIAS,
@@ -24,8 +26,6 @@ from fieldcam.values import (
     Flag,
     Status,
 )
-from fieldcam.vision.eye_matches import EyeMatches
-from fieldcam.vision.judging import judge
 
 HALF_SIZE = Calibration(1440, 1080, 858.5, 719.5, 539.5, 60.0)
 """As with 2 x 2 pixels binned: 1.95 pixels a mm at 440 mm."""

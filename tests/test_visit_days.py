@@ -9,22 +9,22 @@ from pathlib import Path
 
 import pytest
 from called_commands import Capture, run
+from fieldcam.session.over_days.block_growth import block_record, known_clusters
+from fieldcam.session.over_days.days import block_days, cluster_days
+from fieldcam.session.over_days.growing import block_rows
+from fieldcam.session.set_up.setting_up import SetUp
+from fieldcam.store.queries.blocks import block_named, day_corrections, visits
+from fieldcam.store.queries.calipers import caliper_sizes, measured_twice, named_fruitlets
+from fieldcam.store.queries.resuming import resume
+from fieldcam.store.queries.walks import expectation
+from fieldcam.store.rows.fruit import CaliperSize
 from grown_walks import GROWN, LATER_DAYS, START, grown_field, photograph
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
 from fieldcam.growth.places import Association
 from fieldcam.growth.visits import visits_of
-from fieldcam.session.block_growth import block_record, known_clusters
-from fieldcam.session.days import block_days, cluster_days
-from fieldcam.session.growing import block_rows
-from fieldcam.session.setting_up import SetUp
-from fieldcam.store.blocks import block_named, day_corrections, visits
-from fieldcam.store.calipers import caliper_sizes, measured_twice, named_fruitlets
 from fieldcam.store.connection import rows
-from fieldcam.store.fruit_rows import CaliperSize
-from fieldcam.store.resuming import resume
 from fieldcam.store.store import Store
-from fieldcam.store.walks import expectation
 
 WRONG, RIGHT = date(2000, 1, 1), FIRST_DAY + timedelta(days=LATER_DAYS)
 

@@ -6,14 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fieldcam.store.queries.walks import ClusterState
+from fieldcam.store.rows.judgements import Action, Decision, FruitletMark, MarkKind, Skip
 from made_states import AIM
 from screens import LARGE, SMALL, walk_text
 from stored_walks import MadeWalk, small_store
 
 from fieldcam.session.summary import WalkSummary
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.judgement_rows import Action, Decision, FruitletMark, MarkKind, Skip
-from fieldcam.store.walks import ClusterState
 from fieldcam.tui.text.telling import all_done, summed_up, what_next
 
 SUMMARY = WalkSummary(8, 1, 2, 3, 1, (9, 10), True)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from fieldcam.analysis.cameras import Camera, open_camera, own_camera
+from fieldcam.calibration.cameras import Camera, open_camera, own_camera
 from fieldcam.calibration.rectification import develop
+from fieldcam.disk.image_headers import RAW_SUFFIXES
+from fieldcam.disk.raw_images import decode_raw
 from fieldcam.errors import CalibrationInvalid
 from fieldcam.exchange.holes import torn_eyes
-from fieldcam.exchange.image_formats import RAW_SUFFIXES
 from fieldcam.exchange.images import decode_image
 from fieldcam.store.captures import SavedCapture, load_raw
-from fieldcam.store.lookups import cards_of
-from fieldcam.store.raw_images import decode_raw
+from fieldcam.store.queries.lookups import cards_of
 from fieldcam.values import Calibration, ClusterReading, Expectation, ImageU8, Settings
 from fieldcam.vision.pipeline import Pipeline
 

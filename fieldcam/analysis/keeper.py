@@ -6,9 +6,9 @@ from pathlib import Path
 from time import monotonic
 
 from fieldcam.analysis.conversation import Bell, Conversation
-from fieldcam.analysis.desk import Desk, Job
 from fieldcam.analysis.glances import Glance, Glances
 from fieldcam.analysis.process import KEPT, AnalysisProcess
+from fieldcam.analysis.queue import Desk, Job
 from fieldcam.analysis.replies import Failed, Read, Seen
 from fieldcam.analysis.requests import Analyse, Ping, Setup, WarmUp
 from fieldcam.analysis.restarts import RestartWindow

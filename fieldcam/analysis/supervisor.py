@@ -14,9 +14,9 @@ from types import TracebackType
 from typing import Self
 
 from fieldcam.analysis.conversation import Bell
-from fieldcam.analysis.desk import Desk, Job, Listener
 from fieldcam.analysis.glances import Glances, Tags
 from fieldcam.analysis.keeper import Keeper
+from fieldcam.analysis.queue import Desk, Job, Listener
 from fieldcam.analysis.requests import Look, Setup
 from fieldcam.analysis.status import Limits, State, Status
 from fieldcam.store.captures import SavedCapture

@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from fieldcam.analysis.cameras import own_camera
 from fieldcam.analysis.direct import DirectAnalyst
 from fieldcam.analysis.requests import Setup
+from fieldcam.calibration.cameras import own_camera
+from fieldcam.disk.raw_images import decode_raw
 from fieldcam.errors import ImageUnreadable
 from fieldcam.models import find_models, verify_model
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.raw_images import decode_raw
 from fieldcam.values import Calibration, ClusterReading, Expectation, StereoPair, TagPose
 from fieldcam.vision.pipeline import Pipeline
-from fieldcam.vision.tags import detect_tags
+from fieldcam.vision.tags.detection import detect_tags
 
 _SMALL = Calibration(320, 240, 380.0, 160.0, 120.0, 60.0)
 

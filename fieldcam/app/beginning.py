@@ -9,9 +9,9 @@ from fieldcam.app.field import walk_field
 from fieldcam.camera.finding import look_for_camera
 from fieldcam.errors import DeviceError, RowsLost, StorageDamaged, StorageError
 from fieldcam.models import Models
-from fieldcam.store.lost_rows import check_rows
-from fieldcam.store.recovery import recover
-from fieldcam.store.recovery_words import recovery_lines
+from fieldcam.store.recovery.lost_rows import check_rows
+from fieldcam.store.recovery.mending import recover
+from fieldcam.store.recovery.words import recovery_lines
 from fieldcam.store.store import DATABASE_NAME
 from fieldcam.tui.questions.offer import Choice, offered
 from fieldcam.tui.questions.recover_offer import may_recover

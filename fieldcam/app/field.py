@@ -14,9 +14,9 @@ from fieldcam.models import Models
 from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.store.folder import DataKind
-from fieldcam.store.startup import startup_check
+from fieldcam.store.recovery.startup import startup_check
 from fieldcam.store.store import open_store
 
 

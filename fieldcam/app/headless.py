@@ -28,7 +28,7 @@ from fieldcam.session.events import (
     VerdictReady,
 )
 from fieldcam.session.live import LiveWalk
-from fieldcam.store.lookups import row_of
+from fieldcam.store.queries.lookups import row_of
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store

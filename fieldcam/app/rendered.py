@@ -5,11 +5,11 @@ from __future__ import annotations
 from fieldcam.analysis.status import Limits
 from fieldcam.camera.simulated import SimulatedRow
 from fieldcam.exchange.route_table import PlannedRoute, PlannedStop
-from fieldcam.session.planning import keep_route
-from fieldcam.store.orchard_rows import Block
+from fieldcam.session.set_up.planning import keep_route
+from fieldcam.store.queries.walks import is_planned
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.orchard import Block
 from fieldcam.store.store import Store
-from fieldcam.store.walks import is_planned
 from fieldcam.words import number_of
 
 OPERATOR = "demo"

@@ -17,11 +17,11 @@ from fieldcam.camera.replay import RecordedDay, ReplayProcess
 from fieldcam.exchange.capture_folder import CaptureFile, read_capture_folder
 from fieldcam.models import find_models
 from fieldcam.store.folder import DataKind, data_path
-from fieldcam.store.orchard_rows import Block, Cluster
+from fieldcam.store.queries.walks import walk_route
+from fieldcam.store.recovery.startup import startup_check
 from fieldcam.store.rows import EntryId
-from fieldcam.store.startup import startup_check
+from fieldcam.store.rows.orchard import Block, Cluster
 from fieldcam.store.store import Store, open_store
-from fieldcam.store.walks import walk_route
 
 Days = dict[date, list[CaptureFile]]
 

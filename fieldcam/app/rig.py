@@ -15,9 +15,9 @@ from fieldcam.camera.port import DEADLINE_S, FlashStereoDevice
 from fieldcam.session.calibrating import CameraCalibration
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
-from fieldcam.session.setting_up import SetUp
-from fieldcam.store.blocks import tag_size_mm
-from fieldcam.store.lookups import row_of
+from fieldcam.session.set_up.setting_up import SetUp
+from fieldcam.store.queries.blocks import tag_size_mm
+from fieldcam.store.queries.lookups import row_of
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
 

@@ -10,7 +10,7 @@ from contextlib import suppress
 from fieldcam.models import Models
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.session.state import CameraState
 from fieldcam.tui.app import FieldcamApp
 from fieldcam.tui.ending import ended_by_signals

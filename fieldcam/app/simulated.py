@@ -17,13 +17,13 @@ from fieldcam.camera.simulated import OrchardDay, OrchardProcess
 from fieldcam.models import find_models
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.session.viewing import VisitView
 from fieldcam.store.folder import DataKind, data_path
+from fieldcam.store.queries.walks import walk_route
+from fieldcam.store.recovery.startup import startup_check
 from fieldcam.store.rows import EntryId
-from fieldcam.store.startup import startup_check
 from fieldcam.store.store import Store, open_store
-from fieldcam.store.walks import walk_route
 from fieldcam.words import number_of
 
 RENDERING = "The demo renders its first picture, which takes some seconds …"

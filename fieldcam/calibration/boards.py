@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from fieldcam.calibration.aruco_families import marker_counts
 from fieldcam.errors import BadInput
 from fieldcam.values import ImageU8
-from fieldcam.vision.aruco_families import marker_counts
 
 Pixels = npt.NDArray[np.float32]
 """(N, 2) float32: x, y."""

@@ -34,7 +34,7 @@ def take_pairs(folder: Path, board: Board, enough: int, data: Path) -> None:
 
 
 def _check_empty(folder: Path) -> None:
-    from fieldcam.store.durable import storage_error
+    from fieldcam.disk.durable import storage_error
 
     try:
         if folder.exists() and any(folder.iterdir()):
@@ -44,7 +44,7 @@ def _check_empty(folder: Path) -> None:
 
 
 def _make(folder: Path) -> None:
-    from fieldcam.store.durable import make_folder, storage_error
+    from fieldcam.disk.durable import make_folder, storage_error
 
     try:
         make_folder(folder)
@@ -83,9 +83,9 @@ def _taken(camera: FlashStereoDevice, name: str) -> BoardPair:
 
 
 def _keep(folder: Path, pair: BoardPair, serials: tuple[str, str]) -> None:
+    from fieldcam.disk.durable import write_durably
     from fieldcam.exchange.head_file import FILE_NAME, encode_head
     from fieldcam.exchange.images import encode_png
-    from fieldcam.store.durable import write_durably
 
     if not (head := folder / FILE_NAME).exists():
         write_durably(head, encode_head(serials))

@@ -103,8 +103,8 @@ def _calibrate(arguments: argparse.Namespace) -> None:
 
 
 def _print_board(arguments: argparse.Namespace, board: Board) -> None:
+    from fieldcam.disk.targets import check_new_target, write_target
     from fieldcam.exchange.calibration_report import board_report
-    from fieldcam.exchange.targets import check_new_target, write_target
     from fieldcam.report.board_sheets import board_sheet
     from fieldcam.report.pdf import pdf_document
     from fieldcam.report.tag_sheets import Paper
@@ -173,10 +173,10 @@ def _pairs(found: PairFolder) -> Iterator[BoardPair]:
 
 def _write(out: Path, result: Calibrated, serials: tuple[str, str] | None) -> None:
     from fieldcam.calibration.written import calibration_files
+    from fieldcam.disk.durable import write_folder_durably
     from fieldcam.exchange.calibration_report import calibration_report
     from fieldcam.exchange.images import encode_png
     from fieldcam.report.coverage_picture import draw_coverage
-    from fieldcam.store.durable import write_folder_durably
 
     report = json.dumps(calibration_report(result), indent=1, allow_nan=False)
     files = {

@@ -92,7 +92,7 @@ def _check_folder(folder: Path) -> None:
 def _pairs(arguments: argparse.Namespace) -> Iterator[Grabbed]:
     from fieldcam.camera.finding import open_camera
     from fieldcam.session.grabbing import grab_pairs
-    from fieldcam.session.today import clock_doubt, day_of
+    from fieldcam.session.set_up.today import clock_doubt, day_of
     from fieldcam.store.clock import now
     from fieldcam.store.folder import data_path_if_any
 

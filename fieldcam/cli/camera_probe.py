@@ -25,7 +25,7 @@ def register(actions: Subparsers[Parser]) -> None:
 
 
 def _probe(arguments: argparse.Namespace) -> None:
-    from fieldcam.exchange.targets import check_new_target, write_target
+    from fieldcam.disk.targets import check_new_target, write_target
 
     if arguments.out is not None:
         check_new_target(arguments.out, ".zip", "the bundle is a zip archive")

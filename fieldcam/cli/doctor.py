@@ -18,9 +18,9 @@ from fieldcam import __version__
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
 from fieldcam.cli.camera_listing import SLOW, SPEEDS
 from fieldcam.cli.console import emit, emit_json, printable, table
+from fieldcam.disk.durable import write_durably
 from fieldcam.errors import FieldcamError, UsbLibraryMissing
 from fieldcam.models import Models, find_models, verify_model
-from fieldcam.store.durable import write_durably
 from fieldcam.store.folder import data_path
 from fieldcam.values import Calibration
 
@@ -90,7 +90,7 @@ def _machine() -> Check:
 
 
 def _clock() -> Check:
-    from fieldcam.session.today import clock_doubt, day_of
+    from fieldcam.session.set_up.today import clock_doubt, day_of
     from fieldcam.store.clock import now
 
     day = day_of(now())

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fieldcam.exchange.calipers.reading import CaliperTable
     from fieldcam.growth.evaluation.evaluating import Evaluation, ReadingsScore
     from fieldcam.growth.records import BlockRecord
-    from fieldcam.store.blocks import BlockSummary
+    from fieldcam.store.queries.blocks import BlockSummary
     from fieldcam.store.read_only import ReadOnlyStore
 
 WHY_HTML = "the report is a page"
@@ -80,15 +80,15 @@ def _evaluated(
 ) -> Evaluation:
     from fieldcam.growth.date_warnings import doubtful_dates, other_year
     from fieldcam.growth.evaluation.evaluating import Evaluation, score_readings
-    from fieldcam.session.evaluating import (
+    from fieldcam.session.over_days.evaluating import (
         clusters_of_one,
         named_clusters,
         seconds_per_cluster,
         typed_otherwise,
     )
-    from fieldcam.session.growing import block_rows
-    from fieldcam.store.blocks import visits
+    from fieldcam.session.over_days.growing import block_rows
     from fieldcam.store.folder import DataKind
+    from fieldcam.store.queries.blocks import visits
 
     calipers = replace(table.record, name=block.name)
     days = [v.day for v in visits(store.database, block.id) if v.accepted]
@@ -133,9 +133,9 @@ def _by_sgbm(
     from fieldcam.cli.networks import checked_models
     from fieldcam.growth.evaluation.evaluating import score_readings
     from fieldcam.growth.places import Association
-    from fieldcam.session.evaluating import named_clusters
-    from fieldcam.session.growing import block_rows
-    from fieldcam.session.rereading import read_again
+    from fieldcam.session.over_days.evaluating import named_clusters
+    from fieldcam.session.over_days.growing import block_rows
+    from fieldcam.session.over_days.rereading import read_again
     from fieldcam.values import Matcher, Settings
     from fieldcam.vision.pipeline import Pipeline
 
@@ -183,7 +183,7 @@ class _Forecasts:
 
 
 def _check_targets(arguments: argparse.Namespace) -> None:
-    from fieldcam.exchange.targets import check_target
+    from fieldcam.disk.targets import check_target
 
     if arguments.csv is not None:
         check_target(arguments.csv, ".csv", WHY_CSV)
@@ -192,8 +192,8 @@ def _check_targets(arguments: argparse.Namespace) -> None:
 
 
 def _write(arguments: argparse.Namespace, found: Evaluation) -> None:
+    from fieldcam.disk.targets import write_target
     from fieldcam.exchange.evaluation_report import evaluation_csv
-    from fieldcam.exchange.targets import write_target
     from fieldcam.report.evaluation_page import evaluation_page
 
     if arguments.csv is not None:

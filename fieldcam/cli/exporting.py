@@ -30,8 +30,8 @@ def register(commands: Subparsers[Parser]) -> None:
 
 
 def _wide(arguments: argparse.Namespace) -> None:
+    from fieldcam.disk.targets import check_new_target, write_target
     from fieldcam.exchange.calipers.wide import wide_table
-    from fieldcam.exchange.targets import check_new_target, write_target
 
     check_new_target(arguments.out, ".csv", WHY_CSV)
     record = _followed(arguments)
@@ -45,8 +45,8 @@ def _wide(arguments: argparse.Namespace) -> None:
 def _followed(arguments: argparse.Namespace) -> BlockRecord:
     """The block's fruitlets, followed as `fieldcam growth` does."""
     from fieldcam.growth.places import Association
-    from fieldcam.session.block_growth import block_record, known_clusters
-    from fieldcam.session.growing import block_rows
+    from fieldcam.session.over_days.block_growth import block_record, known_clusters
+    from fieldcam.session.over_days.growing import block_rows
 
     method = Association.GEOMETRY
     with looked_at(arguments.data) as store:

@@ -28,8 +28,8 @@ from fieldcam.growth.places import Association, SizeRule
 if TYPE_CHECKING:
     from fieldcam.growth.crop import CropPlan
     from fieldcam.growth.outlook import Outlook
-    from fieldcam.session.block_growth import KnownCluster
-    from fieldcam.store.blocks import BlockSummary
+    from fieldcam.session.over_days.block_growth import KnownCluster
+    from fieldcam.store.queries.blocks import BlockSummary
     from fieldcam.store.read_only import ReadOnlyStore
 
 _METHOD = Association.GEOMETRY
@@ -104,8 +104,8 @@ class _Told:
 
 def _growth(arguments: argparse.Namespace) -> None:
     from fieldcam.cli.growth_words import growth_lines
+    from fieldcam.disk.targets import check_target
     from fieldcam.exchange.growth_report import growth_report
-    from fieldcam.exchange.targets import check_target
 
     if arguments.report is not None:
         check_target(arguments.report, ".html", WHY_HTML)
@@ -142,8 +142,8 @@ def _of_stored(arguments: argparse.Namespace) -> _Told:
 
 def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary) -> _Told:
     from fieldcam.growth.warnings import Warning
-    from fieldcam.session.block_growth import COMPARED, block_outlook, known_clusters
-    from fieldcam.session.growing import block_rows
+    from fieldcam.session.over_days.block_growth import COMPARED, block_outlook, known_clusters
+    from fieldcam.session.over_days.growing import block_rows
     from fieldcam.store.folder import DataKind
     from fieldcam.store.seals import damage_sentence
 
@@ -172,14 +172,14 @@ def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockS
 def _thumbnails(
     store: ReadOnlyStore, known: tuple[KnownCluster, ...], growth: Outlook, method: Association
 ) -> dict[int, bytes]:
-    from fieldcam.session.cluster_pictures import cluster_pictures
+    from fieldcam.session.over_days.cluster_pictures import cluster_pictures
 
     tracked = ((each, each.tracked[method]) for each in known)
     return cluster_pictures(store.database, tracked, growth.found.end.days[-1])
 
 
 def _write_page(path: Path, told: _Told) -> None:
-    from fieldcam.exchange.targets import write_target
+    from fieldcam.disk.targets import write_target
     from fieldcam.report.growth_page import growth_page
 
     page = growth_page(told.growth, told.notes, told.thumbnails, told.simulated)

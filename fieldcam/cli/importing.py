@@ -84,7 +84,7 @@ def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[O
     from fieldcam.app.analysis import start_analysis
     from fieldcam.session.importing import ImportTerms, import_pairs
     from fieldcam.store.folder import DataKind, data_path
-    from fieldcam.store.orchard_rows import Block
+    from fieldcam.store.rows.orchard import Block
     from fieldcam.store.store import open_store
 
     path = data_path(arguments.data)
@@ -101,7 +101,7 @@ def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[O
 def _doubt_the_days(database: Database, name: str, found: CaptureFolder) -> None:
     """Those of the folder together with those that the block has."""
     from fieldcam.growth.date_warnings import doubtful_dates
-    from fieldcam.store.blocks import block_named, visits
+    from fieldcam.store.queries.blocks import block_named, visits
 
     block = block_named(database, name)
     known = () if block is None else visits(database, block.id)

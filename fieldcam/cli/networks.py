@@ -15,7 +15,7 @@ from fieldcam.store.folder import data_path_if_any
 if TYPE_CHECKING:
     from fieldcam.values import StereoPair
     from fieldcam.vision.segmentation import Segmenter
-    from fieldcam.vision.stereo import StereoMatcher
+    from fieldcam.vision.stereo.matching import StereoMatcher
 
 
 def checked_models(data: Path | None) -> Models:
@@ -64,7 +64,7 @@ def open_segmenter(models: Models) -> Segmenter:
 
 
 def open_raft(models: Models) -> StereoMatcher:
-    from fieldcam.vision.raft import RaftMatcher
+    from fieldcam.vision.stereo.raft import RaftMatcher
 
     model = models.stereo
     return RaftMatcher.from_file(model.path, model.search_px, model.multiple, model.scale)

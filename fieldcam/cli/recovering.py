@@ -14,7 +14,7 @@ from fieldcam.words import number_of
 
 if TYPE_CHECKING:
     from fieldcam.session.catching_up import CaughtUp
-    from fieldcam.store.recovery import Recovered
+    from fieldcam.store.recovery.mending import Recovered
 
 
 def register(commands: Subparsers[Parser]) -> None:
@@ -30,7 +30,7 @@ def register(commands: Subparsers[Parser]) -> None:
 
 def _recover(arguments: argparse.Namespace) -> None:
     from fieldcam.store.folder import data_path
-    from fieldcam.store.recovery import recover
+    from fieldcam.store.recovery.mending import recover
 
     path = data_path(arguments.data)
     found = recover(path)
@@ -47,7 +47,7 @@ def _read(path: Path) -> tuple[CaughtUp, ...]:
     from fieldcam.app.analysis import start_analysis
     from fieldcam.session.catching_up import catch_up, simulated_camera
     from fieldcam.store.folder import known_data_folder
-    from fieldcam.store.resuming import waiting_for_analysis
+    from fieldcam.store.queries.resuming import waiting_for_analysis
     from fieldcam.store.store import open_unchecked
 
     with open_unchecked(path, known_data_folder(path).kind) as store:
@@ -60,7 +60,7 @@ def _read(path: Path) -> tuple[CaughtUp, ...]:
 
 
 def _lines(found: Recovered, read: tuple[CaughtUp, ...]) -> Iterator[str]:
-    from fieldcam.store.recovery_words import recovery_lines
+    from fieldcam.store.recovery.words import recovery_lines
 
     yield from recovery_lines(found)
     done = [each for each in read if not each.problem]

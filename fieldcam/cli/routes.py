@@ -21,9 +21,9 @@ def register(commands: Subparsers[Parser]) -> None:
 
 def _import(arguments: argparse.Namespace) -> None:
     from fieldcam.exchange.route_table import read_route
-    from fieldcam.session.planning import keep_route
+    from fieldcam.session.set_up.planning import keep_route
     from fieldcam.store.folder import DataKind, data_path
-    from fieldcam.store.orchard_rows import Block
+    from fieldcam.store.rows.orchard import Block
     from fieldcam.store.store import open_store
 
     route = read_route(arguments.file)

@@ -24,7 +24,7 @@ from fieldcam.words import number_of
 
 if TYPE_CHECKING:
     from fieldcam.values import Calibration, ImageU8
-    from fieldcam.vision.stereo import StereoMatcher
+    from fieldcam.vision.stereo.matching import StereoMatcher
 
 
 def register(commands: Subparsers[Parser]) -> None:
@@ -60,8 +60,8 @@ def register(commands: Subparsers[Parser]) -> None:
 
 def _tags(arguments: argparse.Namespace) -> None:
     from fieldcam.exchange.images import read_image
-    from fieldcam.vision.other_families import other_family
-    from fieldcam.vision.tags import detect_tags
+    from fieldcam.vision.tags.detection import detect_tags
+    from fieldcam.vision.tags.other_families import other_family
 
     image = read_image(arguments.image)
     calibration = _calibration_for(image, arguments.calibration)
@@ -100,7 +100,7 @@ def _segment(arguments: argparse.Namespace) -> None:
 
 def _disparity(arguments: argparse.Namespace) -> None:
     from fieldcam.exchange.images import read_pair
-    from fieldcam.vision.stereo import default_max_disparity, match_whole
+    from fieldcam.vision.stereo.matching import default_max_disparity, match_whole
 
     pair = StereoPair(*read_pair(arguments.left, arguments.right))
     width_px = pair.size_px[0]
@@ -118,7 +118,7 @@ def _disparity(arguments: argparse.Namespace) -> None:
 
 
 def _open_matcher(arguments: argparse.Namespace) -> StereoMatcher:
-    from fieldcam.vision.sgbm import SgbmMatcher
+    from fieldcam.vision.stereo.sgbm import SgbmMatcher
 
     if arguments.stereo is Matcher.SGBM:
         return SgbmMatcher()
@@ -148,7 +148,7 @@ def _tag_entry(tag: TagPose) -> dict[str, Any]:
 
 
 def _instance_entry(instance: Instance) -> dict[str, Any]:
-    from fieldcam.vision.outline import pixel_outline
+    from fieldcam.vision.sizing.outline import pixel_outline
 
     return {
         "box_px": _rounded(instance.box_px),
@@ -166,7 +166,7 @@ def _rounded(pixels: Sequence[float]) -> list[float]:
 def _save(path: Path, disparity: FloatMap) -> None:
     import numpy as np
 
-    from fieldcam.exchange.targets import write_target
+    from fieldcam.disk.targets import write_target
 
     written = BytesIO()
     np.save(written, disparity)

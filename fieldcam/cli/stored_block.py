@@ -11,7 +11,7 @@ from fieldcam.errors import BadInput
 if TYPE_CHECKING:
     from sqlite_utils import Database
 
-    from fieldcam.store.blocks import BlockSummary
+    from fieldcam.store.queries.blocks import BlockSummary
 
 
 def stored_block(database: Database, wanted: str | None, visits: int = 0) -> BlockSummary:
@@ -20,7 +20,7 @@ def stored_block(database: Database, wanted: str | None, visits: int = 0) -> Blo
     Where none was, the newest; which one was chosen is told on standard error. Raises BadInput
     where there is none.
     """
-    from fieldcam.store.blocks import blocks, newest_blocks
+    from fieldcam.store.queries.blocks import blocks, newest_blocks
 
     found = {block.id: block for block in blocks(database)}
     if wanted is None:
@@ -40,6 +40,6 @@ def stored_block(database: Database, wanted: str | None, visits: int = 0) -> Blo
 
 def _walked(database: Database, block: BlockSummary) -> int:
     """How many visits have an accepted picture."""
-    from fieldcam.store.blocks import visits
+    from fieldcam.store.queries.blocks import visits
 
     return sum(visit.accepted > 0 for visit in visits(database, block.id))

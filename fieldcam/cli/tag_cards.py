@@ -43,7 +43,7 @@ def register(commands: Subparsers[Parser]) -> None:
 
 
 def _print(arguments: argparse.Namespace) -> None:
-    from fieldcam.exchange.targets import check_target
+    from fieldcam.disk.targets import check_target
 
     check_target(arguments.out, ".pdf", "the tags are written as PDF")
     last = arguments.first + arguments.count - 1
@@ -57,9 +57,9 @@ def _print(arguments: argparse.Namespace) -> None:
 
 def _print_for_block(arguments: argparse.Namespace, last: int) -> None:
     """The walk will take the cards for what they are."""
-    from fieldcam.store.blocks import block_named, tag_size_mm
     from fieldcam.store.folder import DataKind, data_path
-    from fieldcam.store.orchard_rows import Block, BlockSetting, Setting
+    from fieldcam.store.queries.blocks import block_named, tag_size_mm
+    from fieldcam.store.rows.orchard import Block, BlockSetting, Setting
     from fieldcam.store.store import open_store
 
     with open_store(data_path(arguments.data), DataKind.FIELD) as store:
@@ -73,7 +73,7 @@ def _print_for_block(arguments: argparse.Namespace, last: int) -> None:
 
 
 def _write(arguments: argparse.Namespace, last: int, size_mm: float) -> None:
-    from fieldcam.exchange.targets import write_target
+    from fieldcam.disk.targets import write_target
     from fieldcam.report.pdf import pdf_document
     from fieldcam.report.tag_sheets import Layout, Paper, tag_sheets
 

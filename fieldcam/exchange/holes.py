@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from fieldcam.exchange.image_formats import RAW_SUFFIXES
+from fieldcam.disk.image_headers import RAW_SUFFIXES
 from fieldcam.values import BoolMask, ImageU8
 
 LEAST_BYTES = 2048

@@ -8,14 +8,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from fieldcam.errors import ImageUnreadable, PairMismatch
-from fieldcam.exchange.image_formats import (
+from fieldcam.disk.image_headers import (
     JPEG_SIGNATURE,
     PNG_SIGNATURE,
     BrokenImage,
     ImageHeader,
     image_header,
 )
+from fieldcam.errors import ImageUnreadable, PairMismatch
 from fieldcam.foreign.bounds import IMAGE, MOST_PIXELS
 from fieldcam.foreign.files import read_foreign
 from fieldcam.values import Calibration

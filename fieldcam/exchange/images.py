@@ -7,6 +7,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from fieldcam.disk.image_headers import ImageHeader
+from fieldcam.disk.targets import check_target, write_target
 from fieldcam.errors import ImageUnreadable
 from fieldcam.exchange.image_files import (
     ImageFile,
@@ -15,8 +17,6 @@ from fieldcam.exchange.image_files import (
     checked_image,
     read_image_file,
 )
-from fieldcam.exchange.image_formats import ImageHeader
-from fieldcam.exchange.targets import check_target, write_target
 from fieldcam.values import Calibration, ImageU8
 
 

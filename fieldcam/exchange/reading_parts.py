@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fieldcam.exchange import packing
+from fieldcam.codec import packing
 from fieldcam.exchange.json_fields import (
     Json,
     box,

@@ -6,8 +6,8 @@ import errno
 import os
 from pathlib import Path
 
+from fieldcam.disk.durable import storage_error, write_durably
 from fieldcam.errors import BadInput, StorageError
-from fieldcam.store.durable import storage_error, write_durably
 
 _MISNAMED = {
     errno.EACCES,

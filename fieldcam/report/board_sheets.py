@@ -8,7 +8,7 @@ import numpy as np
 
 from fieldcam.calibration.boards import SQUARE_CELLS, Board, Kind
 from fieldcam.errors import BadInput
-from fieldcam.report.tag_cells import runs_of
+from fieldcam.report.black_runs import runs_of
 from fieldcam.report.tag_sheets import (
     MARGIN_MM,
     RULER_HEIGHT_MM,

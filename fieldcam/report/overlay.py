@@ -22,7 +22,7 @@ from fieldcam.values import (
     Status,
     TagPose,
 )
-from fieldcam.vision.outline import pixel_outline
+from fieldcam.vision.sizing.outline import pixel_outline
 
 # Okabe and Ito's palette: told apart with every common colour blindness.
 TARGET: Colour = (255, 200, 40)

@@ -12,7 +12,7 @@ from enum import Enum
 from itertools import product
 
 from fieldcam.errors import BadInput
-from fieldcam.report.tag_cells import CELLS, dark_runs
+from fieldcam.report.black_runs import CELLS, dark_runs
 
 MARGIN_MM = 10.0
 """No printer reaches the paper's edge."""

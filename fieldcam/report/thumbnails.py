@@ -9,7 +9,7 @@ import numpy as np
 
 from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface
 from fieldcam.values import Fruitlet, ImageU8
-from fieldcam.vision.outline import pixel_outline
+from fieldcam.vision.sizing.outline import pixel_outline
 
 SIDE_PX = 360
 """Of a thumbnail, which is square."""

@@ -11,10 +11,10 @@ from typing import Protocol
 
 from fieldcam.camera.preview import Preview
 from fieldcam.errors import FieldcamError
+from fieldcam.session.aim.cue import Cue, cue_of
+from fieldcam.session.aim.preview_file import PreviewFile
 from fieldcam.session.calibrating import CameraCalibration
-from fieldcam.session.cue import Cue, cue_of
 from fieldcam.session.events import Listener, Previewed
-from fieldcam.session.preview_file import PreviewFile
 from fieldcam.values import TagPose
 
 BUSY = "The analysis is busy."

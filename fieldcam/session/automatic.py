@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.cue import Cue
 from fieldcam.session.state import CameraState, WalkState
-from fieldcam.store.walks import ClusterState
+from fieldcam.store.queries.walks import ClusterState
 
 LOOKS = 2
 """How many looks in a row must be right: about a second."""

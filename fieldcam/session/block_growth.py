@@ -19,12 +19,12 @@ from fieldcam.growth.outlook import Outlook, outlook
 from fieldcam.growth.places import Association, SizeRule
 from fieldcam.growth.records import BlockRecord
 from fieldcam.growth.sprays import Spray
-from fieldcam.session.growing import ClusterRows, followed_cluster, tracks_of
-from fieldcam.store.blocks import settings, sprays, tree_of_tags, trees
-from fieldcam.store.counted import undecided_clusters, unread_clusters
-from fieldcam.store.lookups import row_of
-from fieldcam.store.orchard_rows import Setting
+from fieldcam.session.over_days.growing import ClusterRows, followed_cluster, tracks_of
+from fieldcam.store.queries.blocks import settings, sprays, tree_of_tags, trees
+from fieldcam.store.queries.counted import undecided_clusters, unread_clusters
+from fieldcam.store.queries.lookups import row_of
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.orchard import Setting
 
 COMPARED = (Association.GEOMETRY, Association.SIZE_ORDER)
 """How the app follows fruitlets, and what stands beside it as a check."""

@@ -9,17 +9,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fieldcam.growth.places import Place
+from fieldcam.session.deciding.learning import new_cluster, tree_after
 from fieldcam.session.doubt import Doubtful, NotNow
-from fieldcam.session.learning import new_cluster, tree_after
 from fieldcam.session.left_over import left_over
 from fieldcam.session.shutter import Shot
 from fieldcam.session.state import Shown, Stage, missing
 from fieldcam.session.viewing import WalkView, expected_at, is_learning
-from fieldcam.store.blocks import trees
-from fieldcam.store.counted import missing_words
-from fieldcam.store.fruit_rows import MissingWord
-from fieldcam.store.history import CaptureRecord, ReadingSummary, capture_record
-from fieldcam.store.judgement_rows import (
+from fieldcam.store.queries.blocks import trees
+from fieldcam.store.queries.counted import missing_words
+from fieldcam.store.queries.history import CaptureRecord, ReadingSummary, capture_record
+from fieldcam.store.queries.walks import OPEN_STATES, ClusterState
+from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.rows.fruit import MissingWord
+from fieldcam.store.rows.judgements import (
     Action,
     Answer,
     Decision,
@@ -30,9 +32,7 @@ from fieldcam.store.judgement_rows import (
     TagCorrection,
     TargetCorrection,
 )
-from fieldcam.store.rows import EntryId, Row
-from fieldcam.store.walk_rows import Event, EventKind
-from fieldcam.store.walks import OPEN_STATES, ClusterState
+from fieldcam.store.rows.walk import Event, EventKind
 from fieldcam.values import HIGHEST_TAG_ID, Expectation, Status
 from fieldcam.words import number_of
 

@@ -15,9 +15,9 @@ from fieldcam.session.viewing import WalkView
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.connection import rows
 from fieldcam.store.folder import DataKind
-from fieldcam.store.lookups import row_of
+from fieldcam.store.queries.lookups import row_of
+from fieldcam.store.queries.resuming import Waiting, waiting_for_analysis
 from fieldcam.store.readings import stored_reading
-from fieldcam.store.resuming import Waiting, waiting_for_analysis
 from fieldcam.store.store import Store
 from fieldcam.values import Calibration, ClusterReading, Expectation, Status
 

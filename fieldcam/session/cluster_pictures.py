@@ -11,17 +11,17 @@ from pathlib import Path
 
 from sqlite_utils import Database
 
-from fieldcam.analysis.cameras import own_camera
 from fieldcam.analysis.direct import decode_stored
+from fieldcam.calibration.cameras import own_camera
 from fieldcam.calibration.rectification import develop
 from fieldcam.errors import ImageUnreadable, StorageError
 from fieldcam.growth.from_tracks import TrackedCluster
 from fieldcam.report.thumbnails import cluster_thumbnail
-from fieldcam.session.block_growth import KnownCluster
+from fieldcam.session.over_days.block_growth import KnownCluster
 from fieldcam.store.captures import SavedCapture, load_raw
-from fieldcam.store.counted import CountedPicture
+from fieldcam.store.queries.counted import CountedPicture
+from fieldcam.store.queries.resuming import saved_capture
 from fieldcam.store.readings import stored_reading
-from fieldcam.store.resuming import saved_capture
 from fieldcam.values import Fruitlet, ImageU8
 
 

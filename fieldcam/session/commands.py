@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from fieldcam.growth.places import Place, Word
-from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import Answer
 
 
 class Walk(Protocol):

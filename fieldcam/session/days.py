@@ -14,25 +14,25 @@ from itertools import groupby
 from sqlite_utils import Database
 
 from fieldcam.growth.records import Presence, Sighting
-from fieldcam.session.growing import (
+from fieldcam.session.over_days.growing import (
     ClusterRows,
     block_rows,
     cluster_rows,
     followed_cluster,
     tracks_of,
 )
-from fieldcam.store.blocks import visits
-from fieldcam.store.durations import VisitTimes, visit_times
-from fieldcam.store.history import (
+from fieldcam.store.queries.blocks import visits
+from fieldcam.store.queries.durations import VisitTimes, visit_times
+from fieldcam.store.queries.history import (
     CaptureRecord,
     ClusterMark,
     cluster_history,
     cluster_marks,
     visit_captures,
 )
-from fieldcam.store.judgement_rows import Action
+from fieldcam.store.queries.walks import ClusterState, walk_route
 from fieldcam.store.rows import EntryId
-from fieldcam.store.walks import ClusterState, walk_route
+from fieldcam.store.rows.judgements import Action
 
 MOST_KNOWN = 1000
 

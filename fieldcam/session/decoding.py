@@ -12,10 +12,10 @@ import sys
 from functools import lru_cache
 from pathlib import Path
 
+from fieldcam.disk.image_headers import RAW_SUFFIXES
+from fieldcam.disk.raw_images import decode_raw, encode_raw
 from fieldcam.errors import ImageUnreadable
-from fieldcam.exchange.image_formats import RAW_SUFFIXES
 from fieldcam.safe_path import PYTHON
-from fieldcam.store.raw_images import decode_raw, encode_raw
 from fieldcam.values import ImageU8
 
 DEADLINE_S = 20.0

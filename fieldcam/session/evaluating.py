@@ -10,10 +10,10 @@ from fieldcam.growth.evaluation.evaluating import Seconds, seconds_of
 from fieldcam.growth.evaluation.named import NamedCluster
 from fieldcam.growth.places import Place
 from fieldcam.growth.records import BlockRecord
-from fieldcam.session.growing import block_rows, followed_cluster
-from fieldcam.store.blocks import visits
-from fieldcam.store.calipers import caliper_sizes, named_fruitlets
-from fieldcam.store.durations import is_pause, visit_times
+from fieldcam.session.over_days.growing import block_rows, followed_cluster
+from fieldcam.store.queries.blocks import visits
+from fieldcam.store.queries.calipers import caliper_sizes, named_fruitlets
+from fieldcam.store.queries.durations import is_pause, visit_times
 from fieldcam.store.rows import EntryId
 
 SAME_MM = 0.005

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fieldcam.errors import FieldcamError
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.cue import Cue
 from fieldcam.session.state import WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.values import ImageU8, Verdict

@@ -10,12 +10,12 @@ from pathlib import Path
 from time import time
 
 from fieldcam.errors import FieldcamError
+from fieldcam.session.aim.preview_file import PreviewFile, preview_folder
 from fieldcam.session.events import Previewed
-from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import VisitView
+from fieldcam.store.queries.resuming import resume
 from fieldcam.store.read_only import ReadOnlyStore, open_read_only
-from fieldcam.store.resuming import resume
 
 POLL_S = 0.3
 """Asking whether the database changed reads no page of it."""

@@ -10,14 +10,19 @@ from fieldcam.growth.places import Word
 from fieldcam.growth.records import fruit_name
 from fieldcam.session.book import MOST_MM
 from fieldcam.session.doubt import Doubtful, NotNow
-from fieldcam.session.growing import word_row
+from fieldcam.session.over_days.growing import word_row
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.calipers import caliper_sizes, named_fruitlets, names_in
 from fieldcam.store.connection import rows
-from fieldcam.store.fruit_rows import CaliperIdentity, CaliperSize
-from fieldcam.store.history import CaptureRecord, FruitletSeen, ReadingSummary, capture_record
-from fieldcam.store.lookups import row_of
+from fieldcam.store.queries.calipers import caliper_sizes, named_fruitlets, names_in
+from fieldcam.store.queries.history import (
+    CaptureRecord,
+    FruitletSeen,
+    ReadingSummary,
+    capture_record,
+)
+from fieldcam.store.queries.lookups import row_of
 from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.rows.fruit import CaliperIdentity, CaliperSize
 
 LONGEST_NAME = 20
 FAR_MM = 3.0

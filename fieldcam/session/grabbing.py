@@ -12,9 +12,9 @@ from time import perf_counter
 import numpy as np
 
 from fieldcam.camera.port import DEADLINE_S, FlashStereoDevice
+from fieldcam.disk.durable import write_durably
 from fieldcam.errors import StorageError
 from fieldcam.exchange.capture_folder import VIEW_FILE, CaptureFile, recording_day
-from fieldcam.store.durable import write_durably
 from fieldcam.values import ImageU8, RawPair, ReasonCode, StereoPair
 
 CLIPPED_FROM = 255
@@ -80,10 +80,10 @@ def _light(image: ImageU8) -> EyeLight:
 
 def _out_of_order(pair: StereoPair) -> ReasonCode | None:
     """Where what both eyes see lies further right in the right one, or in one of them only."""
-    from fieldcam.vision.eye_matches import match_eyes
-    from fieldcam.vision.judging_eyes import eyes_out_of_order
-    from fieldcam.vision.quality import middle
-    from fieldcam.vision.stereo import gray
+    from fieldcam.vision.judging.eye_matches import match_eyes
+    from fieldcam.vision.judging.eyes import eyes_out_of_order
+    from fieldcam.vision.judging.quality import middle
+    from fieldcam.vision.stereo.matching import gray
 
     matches = match_eyes(gray(pair.left), gray(pair.right), middle(*pair.size_px))
     finding = eyes_out_of_order(matches)

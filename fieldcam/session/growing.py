@@ -17,13 +17,18 @@ from fieldcam.growth.places import (
     View,
     Word,
 )
-from fieldcam.store.blocks import tag_size_mm
-from fieldcam.store.counted import CountedPicture, CountedVisit, association_words, counted_visits
-from fieldcam.store.fruit_rows import AssociationWord
-from fieldcam.store.history import CaptureRecord, cluster_history, corrected_target
-from fieldcam.store.judgement_rows import Answer, MarkKind
+from fieldcam.store.queries.blocks import tag_size_mm
+from fieldcam.store.queries.counted import (
+    CountedPicture,
+    CountedVisit,
+    association_words,
+    counted_visits,
+)
+from fieldcam.store.queries.history import CaptureRecord, cluster_history, corrected_target
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.fruit import AssociationWord
+from fieldcam.store.rows.judgements import Answer, MarkKind
 from fieldcam.values import TAG_SIZE_MM, ClusterReading, Status
 
 

@@ -18,12 +18,12 @@ from fieldcam.session.events import VerdictReady
 from fieldcam.session.intake import Fate, Intake, Taken
 from fieldcam.session.reading import Keeping, Pardoned, Reader
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.blocks import tag_size_mm as size_of_cards
 from fieldcam.store.captures import refuse_other_kind
-from fieldcam.store.history import capture_record
-from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.orchard_rows import Block, BlockSetting, Setting
+from fieldcam.store.queries.blocks import tag_size_mm as size_of_cards
+from fieldcam.store.queries.history import capture_record
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.orchard import Block, BlockSetting, Setting
 from fieldcam.store.store import Store
 from fieldcam.values import Status, Verdict
 

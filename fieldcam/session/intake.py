@@ -10,18 +10,18 @@ from fieldcam.exchange.capture_folder import CaptureFile
 from fieldcam.exchange.pair_files import PairFiles
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.connection import writing
-from fieldcam.store.imports import (
+from fieldcam.store.queries.imports import (
     KnownPair,
     has_cluster,
     is_untouched,
     known_pairs,
 )
-from fieldcam.store.judgement_rows import Action, Decision
-from fieldcam.store.orchard_rows import Block, Cluster
-from fieldcam.store.resuming import saved_capture
+from fieldcam.store.queries.resuming import saved_capture
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.orchard import Block, Cluster
+from fieldcam.store.rows.walk import Capture, Event, EventKind
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import Capture, Event, EventKind
 
 
 class Fate(StrEnum):

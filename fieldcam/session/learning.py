@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from fieldcam.session.doubt import NotNow
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.blocks import trees
-from fieldcam.store.history import capture_record
-from fieldcam.store.orchard_rows import Cluster
-from fieldcam.store.resuming import tree_when_taken
+from fieldcam.store.queries.blocks import trees
+from fieldcam.store.queries.history import capture_record
+from fieldcam.store.queries.resuming import tree_when_taken
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.orchard import Cluster
 from fieldcam.store.store import Store
 from fieldcam.values import ClusterReading
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fieldcam.store.walks import ClusterState, WalkRoute
+from fieldcam.store.queries.walks import ClusterState, WalkRoute
 
 LISTED = 6
 """So many tags are named, as more do not fit a line."""

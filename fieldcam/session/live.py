@@ -19,21 +19,21 @@ from fieldcam.camera.port import DEADLINE_S, FlashStereoDevice
 from fieldcam.errors import FieldcamError, ReadingDamaged
 from fieldcam.growth.places import Place, Word
 from fieldcam.session import events
-from fieldcam.session.aiming import Aiming
+from fieldcam.session.aim.aiming import Aiming
+from fieldcam.session.aim.preview_file import PreviewFile, preview_folder
 from fieldcam.session.book import WalkBook
 from fieldcam.session.calibrating import CameraCalibration
+from fieldcam.session.deciding.undoing import undo_fruit, undo_last, undo_match
 from fieldcam.session.doubt import Doubtful, NewDay, NotNow
 from fieldcam.session.fruit_book import FruitBook
 from fieldcam.session.old_files import OldFiles
-from fieldcam.session.preview_file import PreviewFile, preview_folder
 from fieldcam.session.reading import Analysis, Readings
 from fieldcam.session.shutter import Shot, Shutter
 from fieldcam.session.state import CameraState, Shown
-from fieldcam.session.undoing import undo_fruit, undo_last, undo_match
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import Answer
 from fieldcam.store.seals import WHY
 from fieldcam.store.store import Store
 from fieldcam.values import Expectation

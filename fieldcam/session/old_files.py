@@ -13,9 +13,9 @@ from pathlib import Path
 from fieldcam.errors import StorageError
 from fieldcam.session.events import Damaged, Listener
 from fieldcam.store.connection import connect_read_only
-from fieldcam.store.integrity import FileProblem, rehash_old
 from fieldcam.store.objects import Objects
-from fieldcam.store.startup import TO_DO
+from fieldcam.store.recovery.integrity import FileProblem, rehash_old
+from fieldcam.store.recovery.startup import TO_DO
 from fieldcam.store.store import DATABASE_NAME
 
 PAUSE_S = 0.1

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from fieldcam.exchange.route_table import PlannedRoute
-from fieldcam.store.blocks import trees
 from fieldcam.store.connection import writing
-from fieldcam.store.orchard_rows import Cluster, Route, Tree
+from fieldcam.store.queries.blocks import trees
 from fieldcam.store.rows import Draft, EntryId, new_id
+from fieldcam.store.rows.orchard import Cluster, Route, Tree
 from fieldcam.store.store import Store
 from fieldcam.words import number_of
 

@@ -17,10 +17,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from fieldcam.disk.raw_images import decode_raw, encode_raw
 from fieldcam.errors import ImageUnreadable
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.cue import Cue
 from fieldcam.session.events import Previewed
-from fieldcam.store.raw_images import decode_raw, encode_raw
 from fieldcam.values import ImageU8
 
 IMAGE_NAME, CUE_NAME = "preview.pnm", "preview.json"

@@ -12,16 +12,16 @@ from typing import Protocol
 
 from fieldcam.analysis.status import Status
 from fieldcam.errors import AnalysisFailed, AnalysisOff, AnalysisTimeout, FieldcamError
+from fieldcam.session.deciding.learning import learned
 from fieldcam.session.events import AnalysisTrouble, Listener, VerdictReady
-from fieldcam.session.learning import learned
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.captures import SavedCapture
-from fieldcam.store.imports import failed_alike
-from fieldcam.store.judgement_rows import Action, Decision
+from fieldcam.store.queries.imports import failed_alike
 from fieldcam.store.readings import reading_row
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import Action, Decision
+from fieldcam.store.rows.walk import AnalysisFailure
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import AnalysisFailure
 from fieldcam.values import ClusterReading, Expectation, TagPose
 
 TRIES = 2

@@ -15,8 +15,8 @@ from fieldcam.errors import ImageUnreadable, StorageError
 from fieldcam.growth.evaluation.named import NamedCluster
 from fieldcam.growth.places import Place, View
 from fieldcam.report.scoring import SAME_FRUITLET_IOU, mask_iou
-from fieldcam.store.lookups import row_of
-from fieldcam.store.resuming import saved_capture
+from fieldcam.store.queries.lookups import row_of
+from fieldcam.store.queries.resuming import saved_capture
 from fieldcam.values import ClusterReading, Fruitlet, Settings
 from fieldcam.vision.pipeline import Pipeline
 

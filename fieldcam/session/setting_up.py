@@ -14,11 +14,13 @@ from datetime import date
 
 from fieldcam.errors import StorageFull
 from fieldcam.exchange.route_table import PlannedRoute
+from fieldcam.session.deciding.undoing import undo_last_set_up
 from fieldcam.session.doubt import NotNow
-from fieldcam.session.planning import keep_route
-from fieldcam.session.today import clock_doubt, day_of, day_question, season_doubt, told
-from fieldcam.session.undoing import undo_last_set_up
-from fieldcam.store.blocks import (
+from fieldcam.session.set_up.planning import keep_route
+from fieldcam.session.set_up.today import clock_doubt, day_of, day_question, season_doubt, told
+from fieldcam.store.clock import now
+from fieldcam.store.folder import DataKind
+from fieldcam.store.queries.blocks import (
     BlockSummary,
     DayCorrection,
     SprayRecord,
@@ -33,18 +35,16 @@ from fieldcam.store.blocks import (
     trees,
     visits,
 )
-from fieldcam.store.calipers import typed_sizes
-from fieldcam.store.clock import now
-from fieldcam.store.folder import DataKind
-from fieldcam.store.judgement_rows import Undo
-from fieldcam.store.lookups import row_of
-from fieldcam.store.operators import last_operator, operators
-from fieldcam.store.orchard_rows import Block, BlockFacts, BlockSetting, Setting, Spray, Tree
-from fieldcam.store.resuming import resume
+from fieldcam.store.queries.calipers import typed_sizes
+from fieldcam.store.queries.lookups import row_of
+from fieldcam.store.queries.operators import last_operator, operators
+from fieldcam.store.queries.resuming import resume
+from fieldcam.store.queries.walks import is_planned
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import Undo
+from fieldcam.store.rows.orchard import Block, BlockFacts, BlockSetting, Setting, Spray, Tree
+from fieldcam.store.rows.walk import Event, EventKind, VisitDay
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import Event, EventKind, VisitDay
-from fieldcam.store.walks import is_planned
 from fieldcam.words import number_of
 
 MOST_TREES = 10_000

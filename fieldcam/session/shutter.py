@@ -16,15 +16,15 @@ from time import perf_counter
 
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import FieldcamError, FlashMissing, FrameIncomplete
-from fieldcam.session.aiming import Aiming
+from fieldcam.session.aim.aiming import Aiming
 from fieldcam.session.calibrating import CameraCalibration
 from fieldcam.session.events import CameraReady, CameraTrouble, Saved, ShutterEvent, StorageTrouble
 from fieldcam.session.viewing import Place
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.clock import Moment, now
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.walk import Event, EventKind
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import Event, EventKind
 from fieldcam.values import Expectation, RawPair
 
 PREVIEW_EVERY_S = 0.5

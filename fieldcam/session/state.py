@@ -9,9 +9,9 @@ from pathlib import Path
 
 from fieldcam.analysis.status import Status as AnalysisStatus
 from fieldcam.session.summary import WalkSummary
-from fieldcam.store.history import CaptureRecord, ClusterMark, FruitletSeen
+from fieldcam.store.queries.history import CaptureRecord, ClusterMark, FruitletSeen
+from fieldcam.store.queries.walks import Progress, WalkRoute
 from fieldcam.store.rows import EntryId
-from fieldcam.store.walks import Progress, WalkRoute
 from fieldcam.values import ClusterReading, PixelFormat, Status
 
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from sqlite_utils import Database
 
-from fieldcam.store.blocks import visits
 from fieldcam.store.connection import rows
-from fieldcam.store.history import CaptureRecord, visit_captures
-from fieldcam.store.judgement_rows import Action, MarkKind
+from fieldcam.store.queries.blocks import visits
+from fieldcam.store.queries.history import CaptureRecord, visit_captures
+from fieldcam.store.queries.walks import WalkRoute
 from fieldcam.store.rows import EntryId
-from fieldcam.store.walks import WalkRoute
+from fieldcam.store.rows.judgements import Action, MarkKind
 from fieldcam.values import Status
 
 

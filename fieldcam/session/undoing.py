@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fieldcam.session.doubt import NotNow
-from fieldcam.store.blocks import last_set_up
 from fieldcam.store.connection import rows
-from fieldcam.store.judgement_rows import MarkKind, Undo
-from fieldcam.store.lookups import row_of
-from fieldcam.store.resuming import Undoable, last_undoable, undoable_words
+from fieldcam.store.queries.blocks import last_set_up
+from fieldcam.store.queries.lookups import row_of
+from fieldcam.store.queries.resuming import Undoable, last_undoable, undoable_words
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import MarkKind, Undo
 from fieldcam.store.store import Store
 
 _TAG = {

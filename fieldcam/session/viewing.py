@@ -10,17 +10,15 @@ from sqlite_utils import Database
 
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.summary import walk_summary
-from fieldcam.store.blocks import trees
 from fieldcam.store.connection import rows
-from fieldcam.store.durations import visit_times
 from fieldcam.store.folder import DataKind
-from fieldcam.store.history import CaptureRecord, ClusterMark, capture_record, cluster_marks
 from fieldcam.store.journal import changes
-from fieldcam.store.lookups import row_of
 from fieldcam.store.objects import Objects
-from fieldcam.store.read_only import ReadableStore
-from fieldcam.store.readings import stored_reading
-from fieldcam.store.resuming import (
+from fieldcam.store.queries.blocks import trees
+from fieldcam.store.queries.durations import visit_times
+from fieldcam.store.queries.history import CaptureRecord, ClusterMark, capture_record, cluster_marks
+from fieldcam.store.queries.lookups import row_of
+from fieldcam.store.queries.resuming import (
     Waiting,
     capture_without_tag,
     count_failed,
@@ -28,9 +26,11 @@ from fieldcam.store.resuming import (
     standing_at,
     waiting_for_analysis,
 )
+from fieldcam.store.queries.walks import ClusterState, Stop, WalkRoute, expectation, walk_route
+from fieldcam.store.read_only import ReadableStore
+from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
 from fieldcam.store.store import Store
-from fieldcam.store.walks import ClusterState, Stop, WalkRoute, expectation, walk_route
 from fieldcam.values import ClusterReading, Expectation, PixelFormat
 
 Place = tuple[int | None, EntryId | None]

@@ -8,8 +8,8 @@ from datetime import date
 from sqlite_utils import Database
 
 from fieldcam.store.connection import rows
-from fieldcam.store.orchard_rows import Setting
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.orchard import Setting
 from fieldcam.values import TAG_SIZE_MM
 
 _TABLES = ("block_facts", "tree", "cluster", "route", "block_setting", "spray")

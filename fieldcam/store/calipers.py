@@ -11,8 +11,8 @@ from typing import Any
 from sqlite_utils import Database
 
 from fieldcam.store.connection import rows
-from fieldcam.store.fruit_rows import CaliperSize
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.fruit import CaliperSize
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,11 +12,11 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from fieldcam.disk.raw_images import decode_raw, encode_raw, raw_suffix
 from fieldcam.errors import ImageUnreadable, StorageError
 from fieldcam.store.folder import DataFolder, DataKind
-from fieldcam.store.lookups import capture_facts
 from fieldcam.store.objects import Objects
-from fieldcam.store.raw_images import decode_raw, encode_raw, raw_suffix
+from fieldcam.store.queries.lookups import capture_facts
 from fieldcam.values import ImageU8, PixelFormat, RawPair
 
 Decode = Callable[[bytes, str], ImageU8]

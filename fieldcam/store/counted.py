@@ -10,11 +10,11 @@ from typing import Any
 
 from sqlite_utils import Database
 
-from fieldcam.store.blocks import visits
 from fieldcam.store.connection import rows
-from fieldcam.store.fruit_rows import AssociationWord, MissingWord
-from fieldcam.store.judgement_rows import Answer, MarkKind
+from fieldcam.store.queries.blocks import visits
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.fruit import AssociationWord, MissingWord
+from fieldcam.store.rows.judgements import Answer, MarkKind
 
 MOST_VIEWS = 2
 """Pictures of a cluster that count on one visit."""

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from sqlite_utils import Database
 
+from fieldcam.disk.durable import fsync_folder, make_folder, part_of, storage_error
 from fieldcam.errors import StorageError
 from fieldcam.store.connection import storage_errors
-from fieldcam.store.durable import fsync_folder, make_folder, part_of, storage_error
 
 
 def export_database(database: Database, target: Path) -> None:

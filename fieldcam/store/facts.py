@@ -18,9 +18,9 @@ from sqlite_utils import Database
 from fieldcam.store.clock import Moment, utc_text
 from fieldcam.store.connection import rows
 from fieldcam.store.objects import FACTS_SUFFIX, Objects
-from fieldcam.store.orchard_rows import Block
 from fieldcam.store.rows import EntryId, columns
-from fieldcam.store.walk_rows import Capture, Visit
+from fieldcam.store.rows.orchard import Block
+from fieldcam.store.rows.walk import Capture, Visit
 
 SCHEMA = 1
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
+from fieldcam.disk.durable import write_durably
 from fieldcam.errors import BadInput, StorageError
-from fieldcam.store.durable import write_durably
 from fieldcam.user_folders import UserFolder, expanded, user_folder
 
 DATA_VARIABLE = "FIELDCAM_DATA"

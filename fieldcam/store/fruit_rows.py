@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from datetime import date
 from typing import ClassVar
 
-from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.rows import EntryId, Row
+from fieldcam.store.rows.judgements import Answer
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 from sqlite_utils import Database
 
 from fieldcam.store.connection import rows
-from fieldcam.store.judgement_rows import Action, Answer, MarkKind
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.judgements import Action, Answer, MarkKind
 from fieldcam.values import ReasonCode, Status
 from fieldcam.words import letter_of
 

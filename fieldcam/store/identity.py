@@ -10,8 +10,8 @@ from sqlite_utils import Database
 from fieldcam.store.clock import machine_id, now
 from fieldcam.store.connection import rows, writing
 from fieldcam.store.journal import Clock, append
-from fieldcam.store.orchard_rows import Device
 from fieldcam.store.rows import Draft, EntryId, new_id
+from fieldcam.store.rows.orchard import Device
 
 
 @dataclass(frozen=True, slots=True)

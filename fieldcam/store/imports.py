@@ -8,9 +8,9 @@ from datetime import date
 from sqlite_utils import Database
 
 from fieldcam.store.connection import rows
-from fieldcam.store.judgement_rows import Action
 from fieldcam.store.rows import EntryId
-from fieldcam.store.walk_rows import ObjectRole
+from fieldcam.store.rows.judgements import Action
+from fieldcam.store.rows.walk import ObjectRole
 
 
 @dataclass(frozen=True, slots=True)

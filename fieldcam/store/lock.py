@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from fieldcam.disk.durable import storage_error
 from fieldcam.errors import StorageError
-from fieldcam.store.durable import storage_error
 
 LOCK_NAME = "in-use.lock"
 

@@ -9,8 +9,8 @@ from sqlite_utils import Database
 
 from fieldcam.errors import StorageError
 from fieldcam.store.connection import connect_read_only, rows
-from fieldcam.store.orchard_rows import Setting
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.orchard import Setting
 
 
 def row_of(database: Database, table: str, key: EntryId) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from hashlib import file_digest, sha256
 from pathlib import Path
 
-from fieldcam.store.durable import fsync_folder, storage_error, write_durably
+from fieldcam.disk.durable import fsync_folder, storage_error, write_durably
 
 CALIBRATION_SUFFIX = ".yml"
 FACTS_SUFFIX = ".json"

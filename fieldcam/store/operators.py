@@ -6,7 +6,7 @@ from sqlite_utils import Database
 
 from fieldcam.store.connection import rows
 from fieldcam.store.rows import EntryId
-from fieldcam.store.walk_rows import EventKind
+from fieldcam.store.rows.walk import EventKind
 
 _SIGNED_IN = (
     "SELECT operator.name, standing.device, standing.turn FROM event JOIN standing USING (id)"

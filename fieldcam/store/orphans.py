@@ -15,8 +15,8 @@ from fieldcam.store.connection import rows
 from fieldcam.store.folder import DataKind
 from fieldcam.store.objects import CALIBRATION_SUFFIX, FACTS_SUFFIX
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.walk import Capture, ObjectFile, ObjectRole
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import Capture, ObjectFile, ObjectRole
 from fieldcam.values import PixelFormat
 
 PAIR_WITHIN_S = 2.0

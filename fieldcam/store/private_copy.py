@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 
 from sqlite_utils import Database
 
+from fieldcam.disk.durable import storage_error
 from fieldcam.store.connection import connect, rows
-from fieldcam.store.durable import storage_error
 from fieldcam.store.migrations import migrate
 from fieldcam.store.seals import DamagedReading, leave_out
 

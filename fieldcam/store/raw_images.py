@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fieldcam.disk.image_headers import RAW_SUFFIXES, BrokenImage, image_header
 from fieldcam.errors import ImageUnreadable
-from fieldcam.exchange.image_formats import RAW_SUFFIXES, BrokenImage, image_header
 from fieldcam.values import ImageU8
 
 

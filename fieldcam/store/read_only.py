@@ -17,10 +17,10 @@ from sqlite_utils import Database
 from fieldcam.errors import StorageDamaged, StorageError
 from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.folder import DataFolder, known_data_folder
-from fieldcam.store.lost_rows import check_rows
 from fieldcam.store.migrations import check_version, steps, version_of
 from fieldcam.store.objects import Objects
 from fieldcam.store.private_copy import PrivateCopy
+from fieldcam.store.recovery.lost_rows import check_rows
 from fieldcam.store.seals import DamagedReading, damaged_readings
 from fieldcam.store.space import Space
 from fieldcam.store.store import DATABASE_NAME

@@ -8,10 +8,10 @@ from sqlite_utils import Database
 
 from fieldcam.errors import ReadingInvalid
 from fieldcam.exchange.readings import dump_reading, load_reading
-from fieldcam.store.lookups import row_of
+from fieldcam.store.queries.lookups import row_of
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.walk import Reading
 from fieldcam.store.seals import damaged, sealed_document
-from fieldcam.store.walk_rows import Reading
 from fieldcam.values import ClusterReading, Fruitlet
 
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 from fieldcam.store.connection import rows
 from fieldcam.store.facts import CaptureFacts
-from fieldcam.store.imports import has_cluster
-from fieldcam.store.orchard_rows import Block, Cluster
+from fieldcam.store.queries.imports import has_cluster
 from fieldcam.store.rows import Draft, EntryId, Row, new_id
+from fieldcam.store.rows.orchard import Block, Cluster
+from fieldcam.store.rows.walk import Capture, Event, EventKind, ObjectFile, ObjectRole, Visit
 from fieldcam.store.store import Store
-from fieldcam.store.walk_rows import Capture, Event, EventKind, ObjectFile, ObjectRole, Visit
 
 WHY = "it was made again from the facts beside its images"
 

@@ -13,19 +13,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from fieldcam.disk.durable import fsync_folder, storage_error
 from fieldcam.errors import RowsLost, StorageBusy, StorageDamaged, StorageError
 from fieldcam.store.connection import connect_untouched
-from fieldcam.store.durable import fsync_folder, storage_error
 from fieldcam.store.facts import all_facts
 from fieldcam.store.folder import DataFolder, DataKind, kind_of
-from fieldcam.store.integrity import FileProblem, quick_check, rehash
 from fieldcam.store.lock import FolderLock
-from fieldcam.store.lost_rows import check_rows
 from fieldcam.store.objects import Objects
-from fieldcam.store.rebuilding import rebuild
-from fieldcam.store.salvage import Salvage, readable_copy
+from fieldcam.store.recovery.integrity import FileProblem, quick_check, rehash
+from fieldcam.store.recovery.lost_rows import check_rows
+from fieldcam.store.recovery.rebuilding import rebuild
+from fieldcam.store.recovery.salvage import Salvage, readable_copy
+from fieldcam.store.recovery.startup import StartupReport, startup_check
 from fieldcam.store.space import Space
-from fieldcam.store.startup import StartupReport, startup_check
 from fieldcam.store.store import DATABASE_NAME, Store, open_unchecked
 
 _LOG = "-wal"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fieldcam.store.recovery import Recovered
+from fieldcam.store.recovery.mending import Recovered
 from fieldcam.words import number_of
 
 

@@ -12,11 +12,11 @@ from sqlite_utils import Database
 
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.connection import database_path, rows
-from fieldcam.store.lookups import row_of
 from fieldcam.store.objects import Objects
+from fieldcam.store.queries.lookups import row_of
+from fieldcam.store.queries.walks import WalkRoute, walk_route
 from fieldcam.store.rows import EntryId
-from fieldcam.store.walk_rows import EventKind
-from fieldcam.store.walks import WalkRoute, walk_route
+from fieldcam.store.rows.walk import EventKind
 
 _LAST = 1 << 62
 """Larger than any turn."""

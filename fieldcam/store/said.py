@@ -11,9 +11,10 @@ from typing import Any
 from sqlite_utils import Database
 
 from fieldcam.store.connection import rows
-from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
-from fieldcam.store.history import cluster_history
-from fieldcam.store.judgement_rows import (
+from fieldcam.store.queries.history import cluster_history
+from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.fruit import AssociationWord, CaliperIdentity, CaliperSize
+from fieldcam.store.rows.judgements import (
     Action,
     Answer,
     Decision,
@@ -24,7 +25,6 @@ from fieldcam.store.judgement_rows import (
     TagCorrection,
     TargetCorrection,
 )
-from fieldcam.store.rows import EntryId
 
 Saying = (
     Decision

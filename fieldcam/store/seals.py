@@ -15,9 +15,9 @@ from sqlite_utils import Database
 from fieldcam.errors import ReadingDamaged
 from fieldcam.store.connection import database_path, rows, storage_errors
 from fieldcam.store.journal import append
-from fieldcam.store.judgement_rows import Undo
 from fieldcam.store.rows import EntryId
-from fieldcam.store.walk_rows import SEALED_COLUMNS, seal
+from fieldcam.store.rows.judgements import Undo
+from fieldcam.store.rows.walk import SEALED_COLUMNS, seal
 
 WHY = "it was damaged"
 _MOST_NAMED = 5

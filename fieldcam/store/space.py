@@ -6,8 +6,8 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
+from fieldcam.disk.durable import storage_error
 from fieldcam.errors import StorageFull
-from fieldcam.store.durable import storage_error
 
 NEEDED_BYTES = 64 << 20
 """Free space below which no capture is begun: some ten pairs with their readings."""

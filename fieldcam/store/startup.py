@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
+from fieldcam.disk.durable import storage_error
 from fieldcam.errors import StorageFull
 from fieldcam.store.clock import now
 from fieldcam.store.connection import rows
-from fieldcam.store.durable import storage_error
 from fieldcam.store.facts import all_facts
-from fieldcam.store.integrity import Fault, FileProblem, check_files, quick_check
 from fieldcam.store.journal import Clock
-from fieldcam.store.orphans import adopt_pairs, keep_loose, orphans, sweep
-from fieldcam.store.rebuilding import rebuild
+from fieldcam.store.recovery.integrity import Fault, FileProblem, check_files, quick_check
+from fieldcam.store.recovery.orphans import adopt_pairs, keep_loose, orphans, sweep
+from fieldcam.store.recovery.rebuilding import rebuild
 from fieldcam.store.rows import EntryId
 from fieldcam.store.seals import (
     DamagedReading,

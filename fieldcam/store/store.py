@@ -24,17 +24,16 @@ from fieldcam.store.connection import connect, rows, writing
 from fieldcam.store.facts import dump_facts, facts_of
 from fieldcam.store.folder import DataFolder, DataKind, open_data_folder
 from fieldcam.store.identity import Identity, identify
-from fieldcam.store.imports import has_calibration
 from fieldcam.store.journal import Clock, append
-from fieldcam.store.judgement_rows import Undo
 from fieldcam.store.lock import FolderLock
-from fieldcam.store.lost_rows import check_rows
 from fieldcam.store.migrations import migrate
 from fieldcam.store.objects import CALIBRATION_SUFFIX, FACTS_SUFFIX, Objects
-from fieldcam.store.orchard_rows import Block, Operator, Tree
+from fieldcam.store.queries.imports import has_calibration
+from fieldcam.store.recovery.lost_rows import check_rows
 from fieldcam.store.rows import Draft, EntryId, Row, new_id
-from fieldcam.store.space import Space
-from fieldcam.store.walk_rows import (
+from fieldcam.store.rows.judgements import Undo
+from fieldcam.store.rows.orchard import Block, Operator, Tree
+from fieldcam.store.rows.walk import (
     Capture,
     Event,
     EventKind,
@@ -42,6 +41,7 @@ from fieldcam.store.walk_rows import (
     ObjectRole,
     Visit,
 )
+from fieldcam.store.space import Space
 from fieldcam.values import RawPair
 
 DATABASE_NAME = "fieldcam.db"

@@ -10,7 +10,7 @@ from typing import Any
 from sqlite_utils import Database
 
 from fieldcam.store.connection import rows
-from fieldcam.store.lookups import row_of
+from fieldcam.store.queries.lookups import row_of
 from fieldcam.store.rows import EntryId
 from fieldcam.values import Expectation, Status
 

@@ -18,9 +18,9 @@ from textual.scrollbar import ScrollBar
 from fieldcam.errors import StorageError
 from fieldcam.models import Models
 from fieldcam.session import events
-from fieldcam.session.automatic import Automatic, accepted_since
+from fieldcam.session.aim.automatic import Automatic, accepted_since
 from fieldcam.session.commands import Walk
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.session.state import WalkState
 from fieldcam.store.rows import EntryId
 from fieldcam.tui import themes

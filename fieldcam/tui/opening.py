@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 from fieldcam.models import Models
-from fieldcam.session.automatic import Automatic
+from fieldcam.session.aim.automatic import Automatic
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
 from fieldcam.tui.ending import EndableApp

@@ -5,8 +5,8 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
+from fieldcam.disk.durable import write_durably
 from fieldcam.errors import StorageError
-from fieldcam.store.durable import write_durably
 from fieldcam.user_folders import UserFolder, user_folder
 
 

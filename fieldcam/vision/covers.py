@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from fieldcam.vision.sizing.outline import Cover, window_around
 
 from fieldcam.values import BoolMask, Calibration, DisparityWindow, FloatMap, Instance, Mask, Region
 from fieldcam.vision.clouds import FruitletCloud, cut
-from fieldcam.vision.outline import Cover, window_around
 
 TIE_PX = 0.5
 """A neighbour this much nearer (disparity) is in front of a fruitlet."""

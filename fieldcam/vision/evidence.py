@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fieldcam.vision.judging.eye_matches import EyeMatches
+
 from fieldcam.calibration.drift import tag_size_error
 from fieldcam.values import (
     Calibration,
@@ -13,7 +15,6 @@ from fieldcam.values import (
     Region,
     TagPose,
 )
-from fieldcam.vision.eye_matches import EyeMatches
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from fieldcam.vision.sizing.diameters import Size
 
 from fieldcam.values import Calibration, Flag, Fruitlet, Instance, ReasonCode, Verdict
 from fieldcam.vision.clouds import FruitletCloud
 from fieldcam.vision.clustering import Community
-from fieldcam.vision.sizing import Size
 
 UNRELATED_EYES = {ReasonCode.SWAPPED_EYES, ReasonCode.MISPAIRED}
 """Reasons for which a disparity means nothing."""

@@ -9,6 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from fieldcam.vision.judging.doubt import judge_doubt
+from fieldcam.vision.judging.evidence import Evidence, Quality
+from fieldcam.vision.judging.eyes import judge_eyes
+from fieldcam.vision.judging.findings import Finding, confirm, retake
+
 from fieldcam.values import (
     FARTHEST_MM,
     NEAREST_MM,
@@ -19,10 +24,6 @@ from fieldcam.values import (
     TagPose,
     Verdict,
 )
-from fieldcam.vision.evidence import Evidence, Quality
-from fieldcam.vision.findings import Finding, confirm, retake
-from fieldcam.vision.judging_doubt import judge_doubt
-from fieldcam.vision.judging_eyes import judge_eyes
 from fieldcam.words import number_of
 
 LEAST_FRUIT_BRIGHTNESS = 50.0

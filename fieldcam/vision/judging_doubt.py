@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from fieldcam.vision.judging.evidence import Evidence
+from fieldcam.vision.judging.findings import Finding, confirm
 
 from fieldcam.values import Flag, Fruitlet, ReasonCode, TagPose
-from fieldcam.vision.evidence import Evidence
-from fieldcam.vision.findings import Finding, confirm
 from fieldcam.words import number_of
 
 REACH_MM = 45.0

@@ -8,6 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from fieldcam.vision.judging.evidence import Evidence
+from fieldcam.vision.judging.eye_matches import EyeMatches
+from fieldcam.vision.judging.findings import Finding, confirm, retake
+
 from fieldcam.calibration.drift import (
     DRIFT_SIZE,
     TAG_SIZE_BIAS,
@@ -17,9 +21,6 @@ from fieldcam.calibration.drift import (
     tag_disparity_px,
 )
 from fieldcam.values import FARTHEST_MM, NEAREST_MM, ReasonCode, TagPose
-from fieldcam.vision.evidence import Evidence
-from fieldcam.vision.eye_matches import EyeMatches
-from fieldcam.vision.findings import Finding, confirm, retake
 
 DRIFT_ROWS_PX, BAD_DRIFT_ROWS_PX = 1.2, 2.0
 BAD_DRIFT_SIZE = 0.03

@@ -6,10 +6,10 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+from fieldcam.calibration.aruco_families import marker_counts
+from fieldcam.vision.tags.detection import LOWEST_DECISION_MARGIN, SMALLEST_SIDE_PX, SharedDetector
 
 from fieldcam.values import ImageU8
-from fieldcam.vision.aruco_families import marker_counts
-from fieldcam.vision.tags import LOWEST_DECISION_MARGIN, SMALLEST_SIDE_PX, SharedDetector
 
 APRILTAGS = ("tag25h9", "tagStandard41h12", "tagCircle21h7")
 """On 50 photographs of apples none was seen; tag16h5 is left out, since leaves make it."""

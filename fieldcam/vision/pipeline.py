@@ -9,6 +9,25 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
+from fieldcam.vision.judging.doubt import unsure_places
+from fieldcam.vision.judging.evidence import Evidence
+from fieldcam.vision.judging.quality import measure_quality
+from fieldcam.vision.judging.verdicts import judge
+from fieldcam.vision.sizing.covers import covers
+from fieldcam.vision.sizing.diameters import Observation, Size, size_by_paper, size_fruitlet
+from fieldcam.vision.sizing.parameters import SizingParameters, Uncertainty
+from fieldcam.vision.stereo.matching import (
+    StereoMatcher,
+    default_max_disparity,
+    match_coarse,
+    match_region,
+    match_whole,
+)
+from fieldcam.vision.stereo.raft import RaftMatcher
+from fieldcam.vision.stereo.sgbm import SgbmMatcher
+from fieldcam.vision.tags.detection import choose_tag, detect_tags
+from fieldcam.vision.tags.other_families import other_family
+from fieldcam.vision.tags.right_eye import TagReader, find_in_right
 
 from fieldcam import __version__
 from fieldcam.values import (
@@ -34,28 +53,9 @@ from fieldcam.vision.clustering import (
     target_cluster,
     with_singles,
 )
-from fieldcam.vision.covers import covers
-from fieldcam.vision.evidence import Evidence
 from fieldcam.vision.fruitlets import as_trusted, make_fruitlet
-from fieldcam.vision.judging import judge
-from fieldcam.vision.judging_doubt import unsure_places
-from fieldcam.vision.other_families import other_family
-from fieldcam.vision.quality import measure_quality
-from fieldcam.vision.raft import RaftMatcher
 from fieldcam.vision.regions import around_tag, whole
-from fieldcam.vision.right_eye import TagReader, find_in_right
 from fieldcam.vision.segmentation import Segmentation, Segmenter, is_cut
-from fieldcam.vision.sgbm import SgbmMatcher
-from fieldcam.vision.sizing import Observation, Size, size_by_paper, size_fruitlet
-from fieldcam.vision.sizing_settings import SizingParameters, Uncertainty
-from fieldcam.vision.stereo import (
-    StereoMatcher,
-    default_max_disparity,
-    match_coarse,
-    match_region,
-    match_whole,
-)
-from fieldcam.vision.tags import choose_tag, detect_tags
 
 if TYPE_CHECKING:
     from fieldcam.models import Models

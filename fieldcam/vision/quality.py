@@ -6,6 +6,10 @@ import math
 
 import numpy as np
 import numpy.typing as npt
+from fieldcam.vision.judging.evidence import Quality
+from fieldcam.vision.judging.eye_matches import match_eyes
+from fieldcam.vision.judging.sharpness import edge_blur_px, tag_blur_px
+from fieldcam.vision.stereo.matching import gray
 
 from fieldcam.values import (
     DisparityWindow,
@@ -16,10 +20,6 @@ from fieldcam.values import (
     TagPose,
 )
 from fieldcam.vision.clouds import cut
-from fieldcam.vision.evidence import Quality
-from fieldcam.vision.eye_matches import match_eyes
-from fieldcam.vision.sharpness import edge_blur_px, tag_blur_px
-from fieldcam.vision.stereo import gray
 
 CLIPPED = 250
 LIT = 100

@@ -7,10 +7,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import numpy.typing as npt
+from fieldcam.vision.stereo.matching import resized
 
 from fieldcam.values import BoolMask, FloatMap, ImageU8
 from fieldcam.vision.onnx_session import Network, OnnxModel, Signature, network_image
-from fieldcam.vision.stereo import resized
 
 SIGNATURE = Signature(frozenset({"left", "right"}), frozenset({"disparity", "confidence"}))
 COARSEST = 0.125

@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
+from fieldcam.vision.tags.detection import choose_tag
 
 from fieldcam.values import TAG_SIZE_MM, Calibration, ImageU8, Region, TagPose
 from fieldcam.vision.regions import whole
-from fieldcam.vision.tags import choose_tag
 
 MIN_CROP_PX = 32
 

@@ -6,9 +6,9 @@ import math
 
 import cv2
 import numpy as np
+from fieldcam.vision.stereo.matching import gray
 
 from fieldcam.values import FloatMap, ImageU8
-from fieldcam.vision.stereo import gray
 
 BLOCK_PX = 3
 P1 = 216

@@ -15,6 +15,17 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
+from fieldcam.vision.sizing.ellipse import EllipseFit, fit_ellipse
+from fieldcam.vision.sizing.outline import (
+    Cover,
+    Outline,
+    hidden_arc,
+    pixel_outline,
+    true_edge,
+    zero_outline,
+)
+from fieldcam.vision.sizing.parameters import Corrections, SizingParameters
+from fieldcam.vision.sizing.surface import Surface, diameter_and_spread
 
 from fieldcam.values import (
     BoolMask,
@@ -24,17 +35,6 @@ from fieldcam.values import (
     Flag,
     Instance,
 )
-from fieldcam.vision.ellipse import EllipseFit, fit_ellipse
-from fieldcam.vision.outline import (
-    Cover,
-    Outline,
-    hidden_arc,
-    pixel_outline,
-    true_edge,
-    zero_outline,
-)
-from fieldcam.vision.sizing_settings import Corrections, SizingParameters
-from fieldcam.vision.surface import Surface, diameter_and_spread
 
 Vectors = npt.NDArray[np.float64]
 NO_POINTS: Vectors = np.zeros((0, 2))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from fieldcam.vision.ellipse import FitParameters
+from fieldcam.vision.sizing.ellipse import FitParameters
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,11 +22,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from fieldcam.vision.sizing.ellipse import EllipseFit, to_ellipse
+from fieldcam.vision.sizing.parameters import Corrections
 
 from fieldcam.values import BoolMask, Calibration, DisparityWindow, FloatMap, Mask
 from fieldcam.vision.clouds import cut
-from fieldcam.vision.ellipse import EllipseFit, to_ellipse
-from fieldcam.vision.sizing_settings import Corrections
 
 Vectors = npt.NDArray[np.float64]
 RIM = 0.85

@@ -13,10 +13,10 @@ from functools import lru_cache
 import cv2
 import numpy as np
 import numpy.typing as npt
+from fieldcam.vision.tags.corners import refine_corners
 from pupil_apriltags import Detection, Detector
 
 from fieldcam.values import TAG_SIZE_MM, Calibration, ImageU8, TagPose
-from fieldcam.vision.tag_corners import refine_corners
 
 FAMILY = "tag36h11"
 HALF_PIXEL = 0.5

@@ -6,11 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
+from fieldcam.vision.stereo.matching import raft
 
 from fieldcam.errors import ModelMissing
 from fieldcam.models import ModelFile, Role, StereoModel
 from fieldcam.values import ImageU8, StereoPair
-from fieldcam.vision import raft, segmentation
+from fieldcam.vision import segmentation
 from fieldcam.vision.onnx_session import OnnxModel, network_image
 
 ANY = None

@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from typing import Self
 
+from fieldcam.store.recovery.integrity import full_check, rehash
+from fieldcam.store.recovery.startup import startup_check
 from sqlite_utils import Database
 
 from fieldcam.errors import StorageDamaged
 from fieldcam.session.events import LiveEvent, Saved
 from fieldcam.store.connection import rows
-from fieldcam.store.integrity import full_check, rehash
-from fieldcam.store.startup import startup_check
 from fieldcam.store.store import Store
 
 

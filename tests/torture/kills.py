@@ -19,6 +19,7 @@ from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
 
+from fieldcam.store.recovery.startup import startup_check
 from made_readings import CAMERA
 from processes import children
 from terminals import Terminal
@@ -33,7 +34,6 @@ from fieldcam.session.events import Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.connection import connect_read_only
 from fieldcam.store.rows import EntryId
-from fieldcam.store.startup import startup_check
 from fieldcam.store.store import DATABASE_NAME, Store
 from torture.inspection import Announced, Losses, announcement, inspect, missing
 from torture.paths import IMPORTS

@@ -159,9 +159,9 @@ def _nothing(what: object) -> None:
 FLAWS: dict[str, dict[str, Callable[..., object]]] = {
     "": {},
     "rows": {"fieldcam.store.store.connect": _with_lazy_log},
-    "images": {"fieldcam.store.durable.os.fsync": _nothing},
+    "images": {"fieldcam.disk.durable.os.fsync": _nothing},
     "names": {
-        "fieldcam.store.durable.fsync_folder": _nothing,
+        "fieldcam.disk.durable.fsync_folder": _nothing,
         "fieldcam.store.objects.fsync_folder": _nothing,
     },
 }

@@ -5,15 +5,15 @@ from __future__ import annotations
 import secrets
 from pathlib import Path
 
+from fieldcam.store.queries.walks import walk_route
+from fieldcam.store.rows.orchard import Block, Cluster
 from live_walks import ToldCamera
 from stored_walks import FIRST_DAY, raw_pair
 
 from fieldcam.store.folder import DataKind
-from fieldcam.store.orchard_rows import Block, Cluster
 from fieldcam.store.rows import EntryId
 from fieldcam.store.space import Space
 from fieldcam.store.store import Store, open_store
-from fieldcam.store.walks import walk_route
 from fieldcam.values import RawPair
 
 TAGS = tuple(range(10, 80))

@@ -21,16 +21,16 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from fieldcam.session.set_up.setting_up import SetUp
+from fieldcam.store.recovery.integrity import full_check, rehash
+from fieldcam.store.recovery.startup import startup_check
+from fieldcam.store.rows.judgements import Note
 from stored_walks import FIRST_DAY, MadeWalk, raw_pair, small_store
 
 from fieldcam.errors import StorageError, StorageFull
-from fieldcam.session.setting_up import SetUp
 from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.folder import DataKind
-from fieldcam.store.integrity import full_check, rehash
-from fieldcam.store.judgement_rows import Note
 from fieldcam.store.space import Space
-from fieldcam.store.startup import startup_check
 from fieldcam.store.store import Store, open_store
 
 

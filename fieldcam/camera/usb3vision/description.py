@@ -15,6 +15,7 @@ from pathlib import Path
 from fieldcam.camera.genapi import Document, load_feature_file
 from fieldcam.camera.genapi.registers import Registers
 from fieldcam.camera.usb3vision.manifest import ManifestEntry
+from fieldcam.disk.durable import write_durably
 from fieldcam.errors import (
     BadInput,
     CameraRefused,
@@ -25,7 +26,6 @@ from fieldcam.errors import (
 )
 from fieldcam.foreign.bounds import FEATURES
 from fieldcam.foreign.files import read_foreign
-from fieldcam.store.durable import write_durably
 from fieldcam.user_folders import UserFolder, temporary_folder, user_folder
 
 

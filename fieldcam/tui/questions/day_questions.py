@@ -8,7 +8,7 @@ from datetime import date
 from textual.app import App
 
 from fieldcam.errors import StorageError
-from fieldcam.session.setting_up import SetUp
+from fieldcam.session.set_up.setting_up import SetUp
 from fieldcam.tui.questions import answers
 from fieldcam.tui.questions.asking import AskYes
 from fieldcam.tui.questions.forms import AskForm, Field

@@ -12,7 +12,7 @@ from fieldcam import RELEASED
 from fieldcam.errors import BadInput, FieldcamError
 from fieldcam.exchange.route_table import read_route
 from fieldcam.session import events
-from fieldcam.session.setting_up import (
+from fieldcam.session.set_up.setting_up import (
     MOST_TREES,
     SetUp,
     SetUpState,
@@ -20,8 +20,8 @@ from fieldcam.session.setting_up import (
     check_new_block,
     check_trees,
 )
-from fieldcam.store.orchard_rows import Block, Setting
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.orchard import Block, Setting
 from fieldcam.tui.questions import answers
 from fieldcam.tui.questions.asking import AskYes
 from fieldcam.tui.questions.forms import AskChoice, AskForm, Field

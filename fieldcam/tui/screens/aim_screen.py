@@ -9,9 +9,9 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.events import ScreenResume, ScreenSuspend
 
-from fieldcam.session.automatic import Automatic
+from fieldcam.session.aim.automatic import Automatic
+from fieldcam.session.aim.cue import Cue
 from fieldcam.session.commands import Walk
-from fieldcam.session.cue import Cue
 from fieldcam.session.events import Previewed
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.tui.screens.at_cluster import AtCluster

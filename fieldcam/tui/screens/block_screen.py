@@ -11,10 +11,10 @@ from textual.containers import Horizontal, Vertical
 from textual.widgets import OptionList, Static
 from textual.widgets.option_list import Option
 
-from fieldcam.session.days import BlockDay, block_days
+from fieldcam.session.over_days.days import BlockDay, block_days
 from fieldcam.session.state import WalkState
-from fieldcam.store.durations import LONGEST_S
-from fieldcam.store.walks import ClusterState, Stop
+from fieldcam.store.queries.durations import LONGEST_S
+from fieldcam.store.queries.walks import ClusterState, Stop
 from fieldcam.tui.screens.page import Page
 from fieldcam.tui.screens.route_screen import WORDS
 from fieldcam.tui.text.histogram import histogram

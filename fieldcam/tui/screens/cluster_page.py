@@ -7,7 +7,7 @@ from textual.binding import Binding
 
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
-from fieldcam.store.history import photographed_tags
+from fieldcam.store.queries.history import photographed_tags
 from fieldcam.tui.screens.page import Page
 from fieldcam.tui.text.news import News
 

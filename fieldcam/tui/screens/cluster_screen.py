@@ -14,12 +14,12 @@ from textual.widgets import Static
 
 from fieldcam.growth.agreement import Agreement, agreement
 from fieldcam.session.commands import Walk
-from fieldcam.session.days import ClusterDay, cluster_days
+from fieldcam.session.over_days.days import ClusterDay, cluster_days
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.viewing import shown_picture
-from fieldcam.store.calipers import caliper_sizes, measured_twice, named_fruitlets
-from fieldcam.store.history import CaptureRecord
 from fieldcam.store.objects import Objects
+from fieldcam.store.queries.calipers import caliper_sizes, measured_twice, named_fruitlets
+from fieldcam.store.queries.history import CaptureRecord
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
 from fieldcam.store.said import Word, said

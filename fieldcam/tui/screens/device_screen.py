@@ -19,10 +19,10 @@ from fieldcam.models import Models
 from fieldcam.session.battery import batteries
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
+from fieldcam.store.queries.usage import LastCamera, bytes_per_capture, last_camera, newest_readings
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows import EntryId
 from fieldcam.store.space import Space
-from fieldcam.store.usage import LastCamera, bytes_per_capture, last_camera, newest_readings
 from fieldcam.tui.screens.page import Page
 from fieldcam.tui.text.device_words import (
     Disk,

@@ -9,7 +9,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
-from fieldcam.session.automatic import Automatic
+from fieldcam.session.aim.automatic import Automatic
 from fieldcam.session.events import Previewed
 from fieldcam.session.following import Unseen
 from fieldcam.session.state import WalkState

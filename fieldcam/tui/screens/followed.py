@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from sqlite_utils import Database
 
 from fieldcam.growth.places import Track
-from fieldcam.session.growing import (
+from fieldcam.session.over_days.growing import (
     ClusterRows,
     followed_cluster,
     rows_with_undecided,
@@ -17,10 +17,10 @@ from fieldcam.session.growing import (
 )
 from fieldcam.session.state import WalkState, missing
 from fieldcam.session.viewing import expected_at, shown_picture
-from fieldcam.store.fruit_rows import MissingWord
-from fieldcam.store.history import capture_record, cluster_marks
 from fieldcam.store.objects import Objects
+from fieldcam.store.queries.history import capture_record, cluster_marks
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.fruit import MissingWord
 from fieldcam.tui.screens.cluster_page import block_tags, tag_to_show
 from fieldcam.tui.screens.pairs import Pair, pairs_of
 

@@ -19,9 +19,9 @@ from textual.worker import get_current_worker
 
 from fieldcam.errors import BadInput
 from fieldcam.growth.outlook import Outlook
-from fieldcam.session.block_growth import KnownCluster, block_outlook, known_clusters
 from fieldcam.session.commands import Walk
-from fieldcam.session.growing import block_rows
+from fieldcam.session.over_days.block_growth import KnownCluster, block_outlook, known_clusters
+from fieldcam.session.over_days.growing import block_rows
 from fieldcam.session.state import WalkState
 from fieldcam.store.rows import EntryId
 from fieldcam.tui.messages import LookedUp

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from fieldcam.growth.places import Place, Track
 from fieldcam.growth.records import Presence
-from fieldcam.store.fruit_rows import AssociationWord
+from fieldcam.store.rows.fruit import AssociationWord
 from fieldcam.tui.screens.pairs import Pair, PairRow, pair_rows
 from fieldcam.tui.widgets.sketch import letter_in
 

@@ -10,9 +10,9 @@ from fieldcam.growth.doubts import MOST_MM_PER_DAY, SURE
 from fieldcam.growth.places import Place, Track, TrackedVisit, Word
 from fieldcam.growth.records import Presence
 from fieldcam.session.state import Shown
-from fieldcam.store.fruit_rows import AssociationWord, MissingWord
-from fieldcam.store.judgement_rows import Answer
 from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.fruit import AssociationWord, MissingWord
+from fieldcam.store.rows.judgements import Answer
 from fieldcam.tui.widgets.sketch import letter_in, living
 from fieldcam.values import Fruitlet
 

@@ -15,7 +15,7 @@ from textual.widgets import DataTable, Static
 
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
-from fieldcam.store.walks import ClusterState, Stop
+from fieldcam.store.queries.walks import ClusterState, Stop
 from fieldcam.tui.screens.page import Page
 from fieldcam.tui.text.news import News
 from fieldcam.tui.text.telling import progress

@@ -12,7 +12,7 @@ from textual.message import Message
 from textual.widgets import OptionList, Static
 from textual.widgets.option_list import Option
 
-from fieldcam.session.setting_up import SetUp, SetUpState
+from fieldcam.session.set_up.setting_up import SetUp, SetUpState
 from fieldcam.tui.messages import Heard
 from fieldcam.tui.questions.setup_questions import Change, Questions, carried_out
 from fieldcam.tui.screens.page import Frame

@@ -12,7 +12,7 @@ from textual.widgets import Static
 from fieldcam.growth.places import Place
 from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
-from fieldcam.store.judgement_rows import Answer
+from fieldcam.store.rows.judgements import Answer
 from fieldcam.tui.looks import Pictures
 from fieldcam.tui.screens.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage
 from fieldcam.tui.screens.followed import Followed, followed

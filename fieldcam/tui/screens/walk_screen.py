@@ -12,7 +12,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 
 from fieldcam.session.commands import Walk
-from fieldcam.session.days import cluster_days
+from fieldcam.session.over_days.days import cluster_days
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.tui.questions.asking import AskText
 from fieldcam.tui.screens.at_cluster import AtCluster

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fieldcam.session.automatic import Automatic
-from fieldcam.session.cue import Cue, Zone
+from fieldcam.session.aim.automatic import Automatic
+from fieldcam.session.aim.cue import Cue, Zone
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.tui.text.telling import Banner, Tone, all_done
 from fieldcam.values import BEST_RANGE_MM, FARTHEST_MM, NEAREST_MM

@@ -13,7 +13,7 @@ from fieldcam.calibration.stored_drift import LEAST_PICTURES, TagSizes
 from fieldcam.models import ModelFile, Models
 from fieldcam.session.battery import Battery
 from fieldcam.session.state import CameraState
-from fieldcam.store.usage import LastCamera
+from fieldcam.store.queries.usage import LastCamera
 from fieldcam.words import number_of
 
 CAMERA = {

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fieldcam.growth.agreement import ENOUGH, Agreement
-from fieldcam.store.calipers import MeasuredFruit, NamedFruitlet
+from fieldcam.store.queries.calipers import MeasuredFruit, NamedFruitlet
 from fieldcam.store.rows import EntryId
 from fieldcam.words import number_of
 

@@ -8,10 +8,11 @@ from datetime import timedelta
 from statistics import mean
 
 from fieldcam.growth.doubts import MOST_MM_PER_DAY
-from fieldcam.session.days import ClusterDay
-from fieldcam.store.fruit_rows import AssociationWord, CaliperIdentity, CaliperSize
-from fieldcam.store.history import CaptureRecord, ReadingSummary
-from fieldcam.store.judgement_rows import (
+from fieldcam.session.over_days.days import ClusterDay
+from fieldcam.store.queries.history import CaptureRecord, ReadingSummary
+from fieldcam.store.rows import EntryId
+from fieldcam.store.rows.fruit import AssociationWord, CaliperIdentity, CaliperSize
+from fieldcam.store.rows.judgements import (
     Action,
     Answer,
     Decision,
@@ -22,7 +23,6 @@ from fieldcam.store.judgement_rows import (
     TagCorrection,
     TargetCorrection,
 )
-from fieldcam.store.rows import EntryId
 from fieldcam.store.said import Saying, Word
 from fieldcam.words import letter_of, number_of
 

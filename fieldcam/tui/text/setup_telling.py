@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from fieldcam.session.setting_up import SetUpState, TreeFacts
-from fieldcam.store.blocks import BlockSummary, DayCorrection, SprayRecord, VisitSummary
-from fieldcam.store.orchard_rows import Setting
+from fieldcam.session.set_up.setting_up import SetUpState, TreeFacts
+from fieldcam.store.queries.blocks import BlockSummary, DayCorrection, SprayRecord, VisitSummary
+from fieldcam.store.rows.orchard import Setting
 from fieldcam.values import TAG_SIZE_MM
 from fieldcam.words import number_of
 

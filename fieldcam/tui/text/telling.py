@@ -9,7 +9,7 @@ from fieldcam.analysis.status import State
 from fieldcam.session.left_over import left_over, named_tags
 from fieldcam.session.state import CameraState, Shown, Stage, WalkState
 from fieldcam.session.summary import WalkSummary
-from fieldcam.store.judgement_rows import Action
+from fieldcam.store.rows.judgements import Action
 from fieldcam.values import ReasonCode, Status
 from fieldcam.words import number_of
 

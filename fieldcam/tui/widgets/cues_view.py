@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.text import Text
 
-from fieldcam.session.cue import Cue
+from fieldcam.session.aim.cue import Cue
 from fieldcam.tui.text.aim_telling import CueLine, cue_lines
 from fieldcam.tui.widgets.lights_view import WORDS
 from fieldcam.tui.widgets.words import Words

@@ -8,7 +8,7 @@ from textual.app import ComposeResult
 from textual.containers import VerticalScroll
 from textual.widgets import Static
 
-from fieldcam.session.days import ClusterDay
+from fieldcam.session.over_days.days import ClusterDay
 from fieldcam.tui.text.history_words import day_lines
 
 

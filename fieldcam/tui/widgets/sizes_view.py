@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from rich.text import Text
 
-from fieldcam.store.history import FruitletSeen, ReadingSummary
-from fieldcam.store.judgement_rows import MarkKind
+from fieldcam.store.queries.history import FruitletSeen, ReadingSummary
+from fieldcam.store.rows.judgements import MarkKind
 from fieldcam.tui.text.letters import BLOCK
 from fieldcam.tui.widgets.words import Words
 
