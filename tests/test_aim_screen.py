@@ -7,11 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fieldcam.tui.screens.aim_screen import AimScreen
-from fieldcam.tui.screens.walk_screen import WalkScreen
-from fieldcam.tui.text.aim_telling import BEST, OUTSIDE, WORKING, aim_banner, cue_lines, range_bar
-from fieldcam.tui.text.letters import big, shape
-from fieldcam.tui.widgets.banner_view import GAP
 from made_cues import good_cue, tag
 from made_states import AIM, ROUTE, shown_with, verdict
 from screens import LARGE, SMALL, Driven, check_golden, drive
@@ -25,6 +20,11 @@ from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.queries.walks import ClusterState
 from fieldcam.tui.remote import shutter_keys
+from fieldcam.tui.screens.aim_screen import AimScreen
+from fieldcam.tui.screens.walk_screen import WalkScreen
+from fieldcam.tui.text.aim_telling import BEST, OUTSIDE, WORKING, aim_banner, cue_lines, range_bar
+from fieldcam.tui.text.letters import big, shape
+from fieldcam.tui.widgets.banner_view import GAP
 from fieldcam.values import FARTHEST_MM, NEAREST_MM, ImageU8, Status
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])

@@ -9,9 +9,9 @@ from time import monotonic
 
 import numpy as np
 import pytest
-from fieldcam.app.hand_aimed import tricks
 from stored_walks import raw_pair
 
+from fieldcam.app.hand_aimed import tricks
 from fieldcam.camera import aimed
 from fieldcam.camera.aimed import OF_THE_CABLE, SHRUNK, AimedCamera, Mishap, Wanted, walked_up
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedVisit

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
@@ -18,25 +19,27 @@ from time import perf_counter
 import pytest
 import watched_analysis
 from made_readings import CAMERA
+from recorded_pairs import write_pairs
+from stored_walks import small_store
 from watched_analysis import HASTY, HERE, LONG_S, Watch, pair, scripted
 
 from fieldcam.analysis.messages import Ping, Reply, Request, Setup, WarmUp
 from fieldcam.analysis.process import AnalysisProcess
 from fieldcam.analysis.status import Limits, State, Status
-from fieldcam.analysis.supervised import SupervisedAnalyst
 from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import (
     AnalysisFailed,
     AnalysisOff,
     AnalysisTimeout,
-    FieldcamError,
     ImageUnreadable,
     ModelMissing,
 )
-from fieldcam.session.walk import Analysed, NotAnalysed, Saved, walk
+from fieldcam.exchange.capture_folder import read_capture_folder
+from fieldcam.session.importing import import_pairs
 from fieldcam.store.captures import SavedCapture
-from fieldcam.values import Expectation, RawPair
+from fieldcam.store.rows.orchard import Block
+from fieldcam.values import Expectation
 
 
 def ends_within(pid: int, seconds: float) -> float | None:
@@ -273,31 +276,31 @@ def test_an_interpreter_that_cannot_be_started_is_said(
     assert "cannot be started: No such file" in watched.heard[0].last_error
 
 
-def test_a_walk_goes_on_over_a_crash(watch: Watch) -> None:
+def test_an_import_goes_on_over_a_crash(watch: Watch, tmp_path: Path) -> None:
     watched = watch()
+    tags = {17: "nothing 1", 18: "segfault", 19: "nothing 2"}
 
-    class Camera:
-        def capture(self, deadline_s: float) -> RawPair:
-            return None  # type: ignore[return-value]
+    class Keyed:
+        def submit(
+            self,
+            saved: SavedCapture,
+            expectation: Expectation,
+            *,
+            urgent: bool = False,
+            again: bool = False,
+        ) -> Future[EncodedReading]:
+            assert expectation.tag_id is not None
+            return watched.submit(pair(tags[expectation.tag_id]), expectation)
 
-    class Record:
-        keys = iter(["nothing 1", "segfault", "nothing 2"])
-
-        def save(self, raw: RawPair, expectation: Expectation) -> SavedCapture:
-            return pair(next(self.keys))
-
-        def keep(self, saved: SavedCapture, reading: EncodedReading, duration_ms: float) -> None:
-            pass
-
-        def fail(self, saved: SavedCapture, error: FieldcamError) -> None:
-            pass
-
-    analyst = SupervisedAnalyst(watched.supervisor)
-    clusters = [Expectation(n) for n in range(3)]
-    events = walk(Camera(), Record(), analyst, clusters)  # type: ignore[arg-type]
-    assert [type(event) for event in events] == [
-        Saved, Analysed, Saved, NotAnalysed, Saved, Analysed,
-    ]  # fmt: skip
+    folder = write_pairs(tmp_path / "season", [f"2026-05-21/{tag}_1" for tag in tags])
+    captures = read_capture_folder(folder).captures
+    with small_store(tmp_path / "data") as store:
+        outcomes = [*import_pairs(store, Block("North"), Keyed(), captures)]
+    assert [(each.file.tag_id, each.unread) for each in outcomes] == [
+        (17, False),
+        (19, False),
+        (18, True),
+    ]
 
 
 PARENT = """
@@ -355,7 +358,7 @@ def test_the_app_that_forgets_to_close_can_end(
 
 
 def test_the_apps_side_loads_no_vision_library() -> None:
-    code = "import fieldcam.analysis.supervised, sys; print(*sys.modules)"
+    code = "import fieldcam.analysis.supervisor, sys; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = {name.split(".")[0] for name in done.stdout.split()}
     assert not loaded & {"cv2", "onnxruntime", "pupil_apriltags", "scipy", "networkx"}

@@ -13,7 +13,6 @@ import pytest
 from made_readings import CAMERA, made_reading
 
 from fieldcam.analysis.messages import Setup
-from fieldcam.analysis.supervised import SupervisedAnalyst
 from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.analysis.work import DirectAnalyst, VisionWork
 from fieldcam.cli import self_test
@@ -104,7 +103,7 @@ def test_a_process_of_its_own_reads_the_same(tmp_path: Path) -> None:
     pipeline = Pipeline.from_models(find_models())
     direct = DirectAnalyst(pipeline, self_test.CAMERA, Settings()).analyse(saved, expectation)
     with Supervisor(Setup(self_test.CAMERA), tmp_path / "analysis.log") as supervisor:
-        apart = SupervisedAnalyst(supervisor).analyse(saved, expectation)
+        apart = supervisor.submit(saved, expectation).result()
     assert dump_reading(replace(apart.decode(), timing_ms={})) == dump_reading(
         replace(direct, timing_ms={})
     )

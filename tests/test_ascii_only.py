@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.text.ascii_only import has_utf8, in_ascii
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.cells import cell_len
@@ -13,6 +12,7 @@ from terminals import Terminal
 from test_ended_by_signals import walk_in
 
 from fieldcam.tui.looks import Look, Pictures, chosen_look
+from fieldcam.tui.text.ascii_only import has_utf8, in_ascii
 
 UMLAUT_IN_LATIN_1 = "\udcfc"
 

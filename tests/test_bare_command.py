@@ -10,8 +10,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from fieldcam.tui.questions.offer import Choice, Offer
-from fieldcam.tui.questions.recover_offer import RecoverOffer
 from stored_walks import FIRST_DAY, MadeWalk, raw_pair, small_store
 
 from fieldcam.cli import app, console, main
@@ -21,6 +19,8 @@ from fieldcam.store.folder import DataKind
 from fieldcam.store.queries.blocks import block_named
 from fieldcam.store.queries.walks import walk_route
 from fieldcam.store.store import DATABASE_NAME, Store, open_store
+from fieldcam.tui.questions.offer import Choice, Offer
+from fieldcam.tui.questions.recover_offer import RecoverOffer
 
 Capture = pytest.CaptureFixture[str]
 
@@ -32,7 +32,7 @@ def terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("FIELDCAM_DATA", raising=False)
     monkeypatch.setattr(app, "at_a_terminal", lambda: True)
     monkeypatch.setattr(app, "checked_models", lambda data: None)
-    monkeypatch.setattr("fieldcam.tui.questions.recover_offer.may_recover", lambda trouble: False)
+    monkeypatch.setattr("fieldcam.app.beginning.may_recover", lambda trouble: False)
 
 
 @pytest.fixture
@@ -64,7 +64,7 @@ def choose(monkeypatch: pytest.MonkeyPatch, choice: Choice | None) -> list[str]:
         shown.append(no_camera)
         return choice
 
-    monkeypatch.setattr("fieldcam.tui.questions.offer.offered", offered)
+    monkeypatch.setattr("fieldcam.app.beginning.offered", offered)
     return shown
 
 
@@ -317,7 +317,7 @@ def test_recovering_is_asked_for_before_anything_is_written(
         asked.append(error.message)
         return yes
 
-    monkeypatch.setattr("fieldcam.tui.questions.recover_offer.may_recover", may_recover)
+    monkeypatch.setattr("fieldcam.app.beginning.may_recover", may_recover)
     assert main(["--data", str(data)]) == (ExitCode.OK if yes else ExitCode.STORAGE)
     assert len(asked) == 1
     if yes:

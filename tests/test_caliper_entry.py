@@ -7,10 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.text.fruit_words import agreement_line
-from fieldcam.tui.widgets.picture_view import PictureView
-from fieldcam.tui.widgets.sizes_view import SizesView
-from fieldcam.tui.widgets.sketch import Still
 from screens import LARGE, SMALL, Driven, drive
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 from textual.widgets import Input
@@ -22,6 +18,10 @@ from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.rows.fruit import CaliperIdentity, CaliperSize
 from fieldcam.tui.looks import Look, Pictures
+from fieldcam.tui.text.fruit_words import agreement_line
+from fieldcam.tui.widgets.picture_view import PictureView
+from fieldcam.tui.widgets.sizes_view import SizesView
+from fieldcam.tui.widgets.sketch import Still
 from fieldcam.words import letter_of
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])

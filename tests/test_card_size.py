@@ -11,14 +11,14 @@ from typing import cast
 
 import pytest
 from called_commands import Capture, run
-from fieldcam.app.running import with_cards_of
 from made_evidence import evidence, in_right, judged, make_tag
 from made_readings import CAMERA, made_reading
-from recorded_pairs import Encoding
+from recorded_pairs import AtOnce, Encoding
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
 from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.work import DirectAnalyst
+from fieldcam.app.rig import with_cards_of
 from fieldcam.cli.card_size import tag_size_of
 from fieldcam.errors import ExitCode
 from fieldcam.session.importing import ImportTerms, import_pairs
@@ -134,7 +134,11 @@ def test_an_import_sets_it_up_once(store: Store) -> None:
     analyst = Encoding(DirectAnalyst(cast(Pipeline, Noting()), CAMERA, Settings()))
     for _ in range(2):
         assert (
-            list(import_pairs(store, Block("North"), analyst, [], ImportTerms(tag_size_mm=30.0)))
+            list(
+                import_pairs(
+                    store, Block("North"), AtOnce(analyst), [], ImportTerms(tag_size_mm=30.0)
+                )
+            )
             == []
         )
     assert len(rows(store.database, "SELECT id FROM block_setting")) == 1

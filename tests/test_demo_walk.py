@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from hashlib import sha256
@@ -15,15 +15,26 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from made_readings import CAMERA, TAG, disc_mask, made_fruitlet, made_reading
-from recorded_pairs import Encoding
+from recorded_pairs import AtOnce, Encoding
 
+from fieldcam.analysis.messages import Setup
+from fieldcam.analysis.status import Limits, State
+from fieldcam.analysis.status import Status as AnalysisStatus
 from fieldcam.analysis.work import DirectAnalyst
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
 from fieldcam.cli import main
-from fieldcam.errors import AnalysisTimeout, CameraUnplugged, ExitCode
+from fieldcam.errors import (
+    AnalysisOff,
+    AnalysisTimeout,
+    CameraUnplugged,
+    CaptureTimeout,
+    ExitCode,
+    StorageFull,
+)
 from fieldcam.simulator import Block, Faults
 from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.objects import Objects
+from fieldcam.store.space import Space
 from fieldcam.store.store import DATABASE_NAME
 from fieldcam.values import (
     Calibration,
@@ -33,6 +44,7 @@ from fieldcam.values import (
     RawPair,
     Settings,
     StereoPair,
+    TagPose,
 )
 from fieldcam.vision.pipeline import Pipeline
 
@@ -66,6 +78,7 @@ class FakePipeline:
     asked: list[Expectation]
     too_slow: set[int] = field(default_factory=set)
     """Which calls, counted from 0, end in no reading."""
+    off: bool = False
 
     def analyse(
         self,
@@ -74,6 +87,8 @@ class FakePipeline:
         expectation: Expectation,
         settings: Settings,
     ) -> ClusterReading:
+        if self.off:
+            raise AnalysisOff("The analysis is off.")
         self.asked.append(expectation)
         if len(self.asked) - 1 in self.too_slow:
             raise AnalysisTimeout("The analysis took longer than 10 s.")
@@ -82,6 +97,30 @@ class FakePipeline:
         return made_reading(
             fruitlets, tag=replace(TAG, id=expectation.tag_id), expectation=expectation
         )
+
+
+@dataclass(frozen=True)
+class AnalysisAtOnce(AtOnce):
+    """In the calling thread, by a made-up pipeline."""
+
+    pipeline: FakePipeline
+
+    @property
+    def status(self) -> AnalysisStatus:
+        if self.pipeline.off:
+            return AnalysisStatus(State.STOPPED, last_error="The analysis is off.")
+        return AnalysisStatus(State.READY)
+
+    def look(
+        self, image: Path, shrunk: int, calibration: Path | None
+    ) -> Future[tuple[TagPose, ...]]:
+        raise AssertionError("nobody aims")
+
+    def restart(self) -> None:
+        """It is never off for good."""
+
+    def close(self) -> None:
+        """It holds nothing."""
 
 
 @pytest.fixture
@@ -97,11 +136,13 @@ def pipeline(
     (folder / "manifest.json").write_text(json.dumps(manifest))
     fake = FakePipeline([])
 
-    @contextmanager
-    def analyst(camera: Calibration, models: Path, data: Path) -> Iterator[Encoding]:
-        yield Encoding(DirectAnalyst(cast(Pipeline, fake), camera, Settings()))
+    def start(
+        setup: Setup, data: Path, changed: Callable[[State], None], limits: Limits
+    ) -> AnalysisAtOnce:
+        direct = DirectAnalyst(cast(Pipeline, fake), setup.camera, Settings())
+        return AnalysisAtOnce(Encoding(direct), fake)
 
-    monkeypatch.setattr("fieldcam.cli.demo.open_analyst", analyst)
+    monkeypatch.setattr("fieldcam.app.rig.start_analysis", start)
     monkeypatch.setattr("fieldcam.simulator.capture", fake_capture)
     return fake
 
@@ -141,21 +182,85 @@ def test_without_a_terminal_the_demo_needs_no_screen(
     assert "captures 4" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("too_slow", "read"), [({1}, 4), ({1, 4}, 3), ({0, 1, 2, 3}, 4)])
-def test_what_was_not_read_is_tried_once_more(
+@pytest.mark.parametrize(
+    ("too_slow", "read", "told"),
+    [
+        ({1}, 4, 0),  # tried again at once, when nothing else waits
+        ({1, 2}, 4, 1),  # with the next day's pictures
+        ({0, 1, 2, 3}, 4, 2),
+        ({3, 4}, 4, 1),  # at the end
+        ({3, 4, 5}, 3, 2),
+    ],
+)
+def test_what_was_not_read_is_tried_again(
     tmp_path: Path,
     pipeline: FakePipeline,
     capsys: pytest.CaptureFixture[str],
     too_slow: set[int],
     read: int,
+    told: int,
 ) -> None:
     pipeline.too_slow = too_slow
     assert main([*WALK, "--data", str(tmp_path)]) == ExitCode.OK
     out, err = capsys.readouterr()
     assert f"captures 4 stored, {read} read, sizes" in out
-    assert err.count("took longer than 10 s.") == len(too_slow)
+    assert err.count("took longer than 10 s.") == told
     kept = rows(connect_read_only(tmp_path / DATABASE_NAME), "SELECT action FROM capture_now")
     assert sum(row["action"] == "accept" for row in kept) == read
+
+
+def test_pictures_of_an_analysis_that_is_off_are_stored_and_told(
+    tmp_path: Path, pipeline: FakePipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pipeline.off = True
+    assert main([*WALK, "--data", str(tmp_path)]) == ExitCode.OK
+    out, err = capsys.readouterr()
+    assert "captures 4 stored, 0 read, sizes" in out
+    assert err.count("The analysis is off.") == 4
+
+
+def test_a_camera_that_goes_ends_the_walk_after_what_it_gave(
+    tmp_path: Path,
+    pipeline: FakePipeline,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    capture = SimulatedCamera.capture
+
+    def once(camera: SimulatedCamera, deadline_s: float) -> RawPair:
+        if pipeline.asked:
+            raise CaptureTimeout("No pair came.")
+        return capture(camera, deadline_s)
+
+    monkeypatch.setattr(SimulatedCamera, "capture", once)
+    assert main([*WALK, "--data", str(tmp_path)]) == ExitCode.DEVICE
+    out, err = capsys.readouterr()
+    assert "day 0: ACCEPT" in out and "No pair came." in err
+    kept = rows(connect_read_only(tmp_path / DATABASE_NAME), "SELECT action FROM capture_now")
+    assert [row["action"] for row in kept] == ["accept"]
+
+
+def test_a_full_disk_ends_the_walk_before_any_picture(
+    tmp_path: Path, pipeline: FakePipeline, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(space: Space) -> None:
+        raise StorageFull("Only 3 MB are free.")
+
+    monkeypatch.setattr(Space, "check", full)
+    assert main([*WALK, "--data", str(tmp_path)]) == ExitCode.STORAGE
+    assert pipeline.asked == []
+
+
+def test_a_row_that_was_walked_is_walked_again(
+    tmp_path: Path, pipeline: FakePipeline, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever was cut off: the sizes of all pictures are printed each time."""
+    for times in (1, 2):
+        assert main([*WALK, "--data", str(tmp_path)]) == ExitCode.OK
+        assert "captures 4 stored, 4 read" in capsys.readouterr().out
+        database = connect_read_only(tmp_path / DATABASE_NAME)
+        assert len(rows(database, "SELECT id FROM reading")) == 4 * times
+        assert len(rows(database, "SELECT id FROM route_now")) == 1
 
 
 def test_people_are_told_that_nothing_here_is_real(

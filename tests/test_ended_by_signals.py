@@ -11,18 +11,18 @@ from pathlib import Path
 from time import monotonic, sleep
 
 import pytest
-from fieldcam.app.running import run
-from fieldcam.tui.questions.offer import offered
-from fieldcam.tui.screens.walk_screen import WalkScreen
 from live_walks import ToldAnalysis, ToldCamera
 from stored_walks import MadeWalk, small_store
 from terminals import PATIENCE_S, Terminal
 
+from fieldcam.app.running import run
 from fieldcam.cli import main
 from fieldcam.errors import ExitCode
 from fieldcam.session.events import Listener
 from fieldcam.session.live import LiveWalk
 from fieldcam.store.queries.history import visit_captures
+from fieldcam.tui.questions.offer import offered
+from fieldcam.tui.screens.walk_screen import WalkScreen
 from fieldcam.values import RawPair
 
 SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)

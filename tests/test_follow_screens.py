@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fieldcam.tui.screens.follow_screens import FollowScreen
 from live_walks import read
 from made_cues import good_cue
 from made_states import AIM, shown_with, verdict
@@ -21,6 +20,7 @@ from fieldcam.session.events import Previewed
 from fieldcam.session.following import NotAiming, Sight, Unseen
 from fieldcam.store.rows.judgements import Action
 from fieldcam.tui.follow_app import FollowApp
+from fieldcam.tui.screens.follow_screens import FollowScreen
 from fieldcam.values import ReasonCode, Status
 
 PHONE, TERMINAL = (48, 46), (80, 24)

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from checked_pages import words_of
-from fieldcam.tui.text.growth_words import verdict_lines
 from growth_coverage import Case, coverage, trial
 from made_records import NOT_SEEN, fast_ones, made_block, made_fruitlet, on
 from planned_blocks import Measuring, day_date, measured_block
@@ -21,6 +20,7 @@ from fieldcam.growth.records import BlockRecord, Source
 from fieldcam.growth.resampling import interval90
 from fieldcam.report.growth_page import growth_page
 from fieldcam.simulator.plan import Block
+from fieldcam.tui.text.growth_words import verdict_lines
 
 
 @pytest.mark.parametrize("source", Source)

@@ -11,7 +11,6 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.text.growth_words import gauge, more_line
 from made_readings import TAG, encoded, made_fruitlet, made_reading
 from made_tracks import tracked_by_id
 from screens import LARGE, SMALL, Driven, check_golden, drive
@@ -29,6 +28,7 @@ from fieldcam.store.rows.judgements import Action, Decision
 from fieldcam.store.rows.orchard import BlockSetting, Setting, Spray
 from fieldcam.store.space import Space
 from fieldcam.tui.looks import Look, Pictures
+from fieldcam.tui.text.growth_words import gauge, more_line
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 DAYS = (0, 4, 8)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.screens.page import LEAST
 from made_states import AIM
 from screens import SMALL, Driven, drive
 
 from fieldcam.session.commands import Accept, SkipCluster, UndoLast
 from fieldcam.tui.looks import Look, in_theme
 from fieldcam.tui.remembered import remember_theme, remembered_theme
+from fieldcam.tui.screens.page import LEAST
 from fieldcam.tui.themes import CONSOLE, DARK, LIGHT
 
 OPENED = {

@@ -19,6 +19,7 @@ from made_readings import made_reading
 from recorded_pairs import (
     HEIGHT,
     WIDTH,
+    AtOnce,
     Encoding,
     FakeAnalyst,
     write_calibration,
@@ -68,7 +69,7 @@ def run(
     store: Store, folder: Path, analyst: FakeAnalyst | Encoding, block: str = "North"
 ) -> list[Outcome]:
     found = read_capture_folder(folder).captures
-    return list(import_pairs(store, Block(block), analyst, found))
+    return list(import_pairs(store, Block(block), AtOnce(analyst), found))
 
 
 def fates(outcomes: list[Outcome]) -> Counter[str]:
@@ -218,7 +219,7 @@ def test_bad_pairs_are_skipped_and_the_rest_is_not(
 ) -> None:
     found = read_capture_folder(folder).captures
     spoil(folder / "2026-05-21")
-    bad, *good = import_pairs(store, Block("North"), FakeAnalyst(), found)
+    bad, *good = import_pairs(store, Block("North"), AtOnce(FakeAnalyst()), found)
     assert bad.fate is Fate.SKIPPED and words in bad.problem
     assert fates(good) == {"added": 2}
     assert len(captures(store)) == 2
@@ -387,7 +388,11 @@ def test_a_file_that_is_not_the_listed_one_is_skipped(
     ]
     outcomes = list(
         import_pairs(
-            store, Block("North"), FakeAnalyst(), found.captures, ImportTerms(found.checksums)
+            store,
+            Block("North"),
+            AtOnce(FakeAnalyst()),
+            found.captures,
+            ImportTerms(found.checksums),
         )
     )
     assert fates(outcomes) == {"added": 1, "skipped": 1}

@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
-from recorded_pairs import QUESTION, FakeAnalyst, write_image, write_pairs
+from recorded_pairs import QUESTION, AtOnce, FakeAnalyst, write_image, write_pairs
 
+from fieldcam.analysis.messages import Setup
 from fieldcam.cli import main, self_test
 from fieldcam.cli.progress import progress
 from fieldcam.errors import ExitCode, StorageFull
@@ -38,10 +39,11 @@ def analyst(monkeypatch: pytest.MonkeyPatch) -> FakeAnalyst:
     fake = FakeAnalyst()
 
     @contextmanager
-    def open_fake(camera: None, models: Path, data: Path) -> Iterator[FakeAnalyst]:
-        yield fake
+    def start_fake(setup: Setup, data: Path) -> Iterator[AtOnce]:
+        assert setup == Setup(None, data=data)
+        yield AtOnce(fake)
 
-    monkeypatch.setattr("fieldcam.cli.importing.open_analyst", open_fake)
+    monkeypatch.setattr("fieldcam.app.analysis.start_analysis", start_fake)
     return fake
 
 

@@ -41,7 +41,6 @@ APP = (
     "fieldcam.errors",
     "fieldcam.models",
     "fieldcam.session.live",
-    "fieldcam.session.walk",
     "fieldcam.session.importing",
     "fieldcam.session.set_up.setting_up",
     "fieldcam.store.captures",
@@ -57,6 +56,9 @@ APP = (
     "fieldcam.camera.usb3vision.devices",
     "fieldcam.camera.usb3vision.pairing",
     "fieldcam.analysis",
+    "fieldcam.app.analysis",
+    "fieldcam.app.rig",
+    "fieldcam.app.headless",
 )
 """What the app's own process loads."""
 SCREENS = (
@@ -133,6 +135,30 @@ def test_no_room_reaches_up(room: str, others: tuple[str, ...]) -> None:
     forbidden = tuple(f"fieldcam.{name}." for name in others)
     for path in (PACKAGE / room).rglob("*.py"):
         assert not [name for name in imported(path) if name.startswith(forbidden)], part(path)
+
+
+def test_screens_know_no_camera_nor_what_chose_it() -> None:
+    """Of the analysis they show its status."""
+    others = tuple(f"fieldcam.{name}" for name in ("camera", "simulator", "vision", "app", "cli"))
+    for path in sources():
+        if part(path).startswith("tui/"):
+            names = [*imported(path)]
+            assert not [name for name in names if name.startswith(others)], part(path)
+            of_analysis = [name for name in names if name.startswith("fieldcam.analysis")]
+            assert all(name.startswith("fieldcam.analysis.status") for name in of_analysis)
+
+
+def test_only_commands_and_what_they_compose_know_the_screens() -> None:
+    composing = ("app/", "cli/", "tui/")
+    for path in sources():
+        if not part(path).startswith(composing):
+            names = [*imported(path)]
+            assert not [n for n in names if n.startswith(("fieldcam.app", "fieldcam.tui"))], path
+
+
+def test_no_folder_holds_more_modules_than_one_can_take_in() -> None:
+    folders = [PACKAGE / "app", PACKAGE / "tui", *(p for p in PACKAGE.glob("tui/*") if p.is_dir())]
+    assert all(len([*folder.glob("*.py")]) <= 25 for folder in folders)
 
 
 def test_the_node_map_is_neutral_to_the_transport() -> None:

@@ -7,8 +7,6 @@ from dataclasses import replace
 
 import pytest
 import usb.core
-from fieldcam.tui.text.news import news
-from fieldcam.tui.text.telling import progress
 from made_states import AIM, ROUTE
 from screens import LARGE, SMALL, Driven, drive
 
@@ -18,6 +16,8 @@ from fieldcam.session.calibrating import MISSING
 from fieldcam.session.events import CameraReady, CameraTrouble, LiveEvent
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.queries.walks import ClusterState
+from fieldcam.tui.text.news import news
+from fieldcam.tui.text.telling import progress
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 FORBIDDEN = device_error(usb.core.USBError("denied", errno=errno.EACCES))

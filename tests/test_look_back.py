@@ -9,17 +9,6 @@ from datetime import date, timedelta
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.screens.block_screen import duration
-from fieldcam.tui.text.device_words import (
-    Disk,
-    analysis_facts,
-    battery_fact,
-    calibration_facts,
-    camera_facts,
-    disk_fact,
-)
-from fieldcam.tui.text.histogram import histogram
-from fieldcam.tui.text.history_words import day_lines, picture_line
 from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import MadeWalk, small_store
 from textual.widgets import Input
@@ -43,6 +32,17 @@ from fieldcam.session.viewing import WalkView
 from fieldcam.store.queries.walks import ClusterState
 from fieldcam.store.rows.judgements import Action, Decision, FruitletMark, MarkKind, Note, Skip
 from fieldcam.store.space import Space
+from fieldcam.tui.screens.block_screen import duration
+from fieldcam.tui.text.device_words import (
+    Disk,
+    analysis_facts,
+    battery_fact,
+    calibration_facts,
+    camera_facts,
+    disk_fact,
+)
+from fieldcam.tui.text.histogram import histogram
+from fieldcam.tui.text.history_words import day_lines, picture_line
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 

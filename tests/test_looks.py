@@ -11,7 +11,6 @@ from types import ModuleType, SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-from fieldcam.tui.widgets.picture_view import HALF, PictureView
 from live_walks import read
 from made_states import AIM, shown_with, verdict
 from screens import LARGE, SMALL, Driven, check_golden, drive
@@ -24,6 +23,8 @@ from fieldcam.session.viewing import WalkView
 from fieldcam.tui import looks
 from fieldcam.tui.looks import Look, Pictures, ask_terminal, chosen_look
 from fieldcam.tui.themes import CONSOLE
+from fieldcam.tui.widgets.cell_picture import HALF
+from fieldcam.tui.widgets.picture_view import PictureView
 from fieldcam.values import ImageU8, PixelFormat, Status
 
 WIDE = (160, 45)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.text.news import news
 from made_tracks import tracked_by_id
 from screens import LARGE, SMALL, Driven, drive
 from stored_walks import MadeWalk, small_store
@@ -23,6 +22,7 @@ from fieldcam.store.rows.fruit import MissingWord
 from fieldcam.store.rows.judgements import Answer, FruitletMark, MarkKind
 from fieldcam.store.rows.row import EntryId
 from fieldcam.tui.sound import Tune
+from fieldcam.tui.text.news import news
 from fieldcam.values import Status, Verdict
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])

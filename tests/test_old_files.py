@@ -6,7 +6,6 @@ from pathlib import Path
 from queue import Empty, Queue
 
 import pytest
-from fieldcam.tui.text.news import news
 from live_walks import PATIENCE_S, walked
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
@@ -14,6 +13,7 @@ from fieldcam.session import events
 from fieldcam.session.old_files import OldFiles
 from fieldcam.store.recovery.integrity import NEWEST
 from fieldcam.store.recovery.startup import startup_check
+from fieldcam.tui.text.news import news
 
 
 def season(folder: Path) -> Path:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import pytest
 from drawn_fruit import CAMERA, Fruit, draw
 
+from export.ablation import DEFAULT, LABELS, Observed, ObservedPipeline, table, ways
 from export.bench import CONTENDERS, PAPER, machine, report
+from export.evaluate import Outcome
 from fieldcam.values import Region
 from fieldcam.vision.clouds import fruitlet_cloud
 from fieldcam.vision.sizing.diameters import size_fruitlet
 
 pytest.importorskip("embreex", reason="the simulator extra is not installed")
-
-from export.ablation import DEFAULT, LABELS, Observed, ObservedPipeline, table, ways
-from export.evaluate import Outcome
 
 
 def outcome(name: str, errors_mm: dict[int, float]) -> Outcome:

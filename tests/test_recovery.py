@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from recorded_pairs import FakeAnalyst, write_pairs
+from recorded_pairs import AtOnce, FakeAnalyst, write_pairs
 from stored_walks import FIRST_DAY, MadeWalk, SteppingClock, raw_pair, small_store
 
 from fieldcam.cli.main import main
@@ -232,16 +232,16 @@ def test_pictures_without_a_reading_are_read(tmp_path: Path) -> None:
     data = tmp_path / "data"
     with small_store(data) as store:
         captures = read_capture_folder(season).captures
-        list(import_pairs(store, Block("North"), FakeAnalyst(), captures))
+        list(import_pairs(store, Block("North"), AtOnce(FakeAnalyst()), captures))
     (data / DATABASE_NAME).unlink()
     recover(data)
     analyst = FakeAnalyst()
     with small_store(data) as store:
-        assert [each.problem for each in catch_up(store, analyst)] == ["", ""]
+        assert [each.problem for each in catch_up(store, AtOnce(analyst))] == ["", ""]
         assert [saved.calibration is not None for saved, _ in analyst.asked] == [True, True]
         actions = rows(store.database, "SELECT action FROM capture_now")
         assert [row["action"] for row in actions] == ["accept", "accept"]
-        assert list(catch_up(store, analyst)) == []
+        assert list(catch_up(store, AtOnce(analyst))) == []
 
 
 def test_the_command_says_what_it_did(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,11 +6,11 @@ import re
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.text.news import news
 
 import fieldcam.session
 from fieldcam.session.doubt import Instead
 from fieldcam.session.events import Refused
+from fieldcam.tui.text.news import news
 
 SENTENCES = {
     ("Fewer fruitlets than last visit.", Instead.ANSWER_OR_RETAKE): (

@@ -11,9 +11,9 @@ from typing import cast
 
 import numpy as np
 import pytest
-from fieldcam.app.replayed import by_day, choose_visit
 from stored_walks import small_store
 
+from fieldcam.app.replayed import by_day, choose_visit
 from fieldcam.camera.aimed import AimedCamera, Wanted
 from fieldcam.camera.beside import PictureProcess
 from fieldcam.camera.replay import RecordedDay, ReplayProcess, read_recorded

@@ -7,10 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fieldcam.tui.text.letters import HEIGHT, big, shape
-from fieldcam.tui.text.telling import banner, lights, sizes_heading
-from fieldcam.tui.widgets.picture import OUTLINE, STRUCK, Frame, colours, frame_of, shrink, still
-from fieldcam.tui.widgets.picture_view import full_cells, half_blocks
 from live_walks import read
 from made_states import AIM, shown_with
 from textual.color import Color
@@ -19,6 +15,10 @@ from textual.theme import Theme
 from fieldcam.disk.raw_images import encode_raw
 from fieldcam.tui import themes
 from fieldcam.tui.sound import Bell, Player, Silence, Tune, chosen_sound, waves
+from fieldcam.tui.text.letters import HEIGHT, big, shape
+from fieldcam.tui.text.telling import banner, lights, sizes_heading
+from fieldcam.tui.widgets.cell_picture import full_cells, half_blocks
+from fieldcam.tui.widgets.picture import OUTLINE, STRUCK, Frame, colours, frame_of, shrink, still
 from fieldcam.values import PixelFormat, Reason, ReasonCode, Status, Verdict
 
 LEAST_CONTRAST = 7.0

@@ -7,11 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.screens.walk_screen import WalkScreen
-from fieldcam.tui.text.letters import BLOCK
-from fieldcam.tui.text.news import news
-from fieldcam.tui.widgets.buttons import BigButton
-from fieldcam.tui.widgets.sizes_view import SizesView
 from live_walks import read
 from made_states import AIM, ROUTE, shown_with, verdict
 from screens import LARGE, SMALL, Driven, check_golden, drive
@@ -51,7 +46,12 @@ from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.captures import SavedCapture
 from fieldcam.store.queries.walks import ClusterState
 from fieldcam.store.rows.judgements import Action, Answer, MarkKind
+from fieldcam.tui.screens.walk_screen import WalkScreen
 from fieldcam.tui.sound import Tune
+from fieldcam.tui.text.letters import BLOCK
+from fieldcam.tui.text.news import news
+from fieldcam.tui.widgets.buttons import BigButton
+from fieldcam.tui.widgets.sizes_view import SizesView
 from fieldcam.values import ReasonCode, Status, Verdict
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])

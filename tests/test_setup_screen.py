@@ -8,11 +8,6 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.questions import answers
-from fieldcam.tui.screens.setup_screen import SetUpScreen
-from fieldcam.tui.screens.walk_screen import WalkScreen
-from fieldcam.tui.text.setup_telling import Subject
-from fieldcam.tui.widgets.buttons import BigButton
 from made_states import AIM
 from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import FIRST_DAY, small_store
@@ -31,6 +26,11 @@ from fieldcam.store.queries.blocks import visits as visits_of
 from fieldcam.store.rows.orchard import Block, Setting
 from fieldcam.store.space import Space
 from fieldcam.store.store import Store
+from fieldcam.tui.questions import answers
+from fieldcam.tui.screens.setup_screen import SetUpScreen
+from fieldcam.tui.screens.walk_screen import WalkScreen
+from fieldcam.tui.text.setup_telling import Subject
+from fieldcam.tui.widgets.buttons import BigButton
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 BLOOM, TARGET = Setting.BLOOM_CLUSTERS_PER_TREE, Setting.TARGET_FRUIT_PER_TREE

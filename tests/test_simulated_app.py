@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import cast
 
 import pytest
-from fieldcam.app import simulated
-from fieldcam.app.simulated import _block, _visit
-from fieldcam.tui.text.telling import banner
 from made_readings import CAMERA
 from made_states import AIM
 from stored_walks import raw_pair
 
+from fieldcam.app import simulated
+from fieldcam.app.rendered import kept_row
+from fieldcam.app.simulated import _visit
 from fieldcam.camera.aimed import AimedCamera
 from fieldcam.camera.simulated import SimulatedRow
 from fieldcam.cli import demo, main
@@ -26,6 +26,7 @@ from fieldcam.store.folder import DataKind
 from fieldcam.store.queries.walks import walk_route
 from fieldcam.store.rows.judgements import Skip
 from fieldcam.store.store import Store, open_store
+from fieldcam.tui.text.telling import banner
 
 ROW = SimulatedRow((8, 9, 10), CAMERA, date(2026, 5, 21))
 
@@ -37,8 +38,8 @@ def store(tmp_path: Path) -> Iterator[Store]:
 
 
 def test_the_next_day_comes_when_the_first_one_is_done(store: Store) -> None:
-    block = _block(store, 1, ROW)
-    assert _block(store, 1, ROW) == block
+    block = kept_row(store, 1, ROW, "by hand")
+    assert kept_row(store, 1, ROW, "by hand") == block
     day, visit = _visit(store, block, ROW.first_day, (0, 2, 4))
     stops = walk_route(store.database, visit).stops
     assert (day, [(stop.tag_id, stop.tree_label) for stop in stops]) == (
@@ -50,7 +51,7 @@ def test_the_next_day_comes_when_the_first_one_is_done(store: Store) -> None:
 
 
 def test_a_day_with_an_undecided_picture_is_gone_on_with(store: Store) -> None:
-    block = _block(store, 1, ROW)
+    block = kept_row(store, 1, ROW, "by hand")
     _, visit = _visit(store, block, ROW.first_day, (0, 2))
     store.append(*(Skip(visit, tag_id) for tag_id in ROW.tag_ids[1:]))
     store.save(raw_pair(simulated=True), visit=visit, tag_expected=ROW.tag_ids[0])
@@ -82,7 +83,7 @@ def test_the_demo_says_what_comes_after_the_day(
     """With so many of two days walked before."""
     with open_store(tmp_path, DataKind.SIMULATED) as store:
         for _ in range(walked):
-            _, visit = _visit(store, _block(store, 1, ROW), ROW.first_day, (0, 2))
+            _, visit = _visit(store, kept_row(store, 1, ROW, "by hand"), ROW.first_day, (0, 2))
             store.append(*(Skip(visit, tag_id) for tag_id in ROW.tag_ids))
         if walked == 2:
             for seed in range(2):

@@ -10,12 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fieldcam.tui.screens.pair_changes import told_changes
-from fieldcam.tui.screens.pair_sketch import TwoStills
-from fieldcam.tui.screens.pairs import PairRow, pair_lines, pairs_of, said_word
-from fieldcam.tui.widgets.picture import draw_line
-from fieldcam.tui.widgets.picture_view import PictureView
-from fieldcam.tui.widgets.sketch import Label, Painted, stamped
 from live_walks import read
 from made_states import shown_with
 from made_tracks import tracked_by_id
@@ -31,6 +25,12 @@ from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.space import Space
 from fieldcam.tui.looks import Look, Pictures
+from fieldcam.tui.screens.pair_changes import told_changes
+from fieldcam.tui.screens.pair_sketch import TwoStills
+from fieldcam.tui.screens.pairs import PairRow, pair_lines, pairs_of, said_word
+from fieldcam.tui.widgets.picture import draw_line
+from fieldcam.tui.widgets.picture_view import PictureView
+from fieldcam.tui.widgets.sketch import Label, Painted, stamped
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
 WORDS = Look(Pictures.NONE)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.questions import answers
 
 from fieldcam.camera.head.settings import settings_paths
 from fieldcam.camera.usb3vision.description import cache_folder
 from fieldcam.cli.main import main
 from fieldcam.errors import BadInput, ExitCode, StorageError
 from fieldcam.store.folder import DataKind, data_path, data_path_if_any
+from fieldcam.tui.questions import answers
 
 Capture = pytest.CaptureFixture[str]
 NO_FOLDERS = ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME")

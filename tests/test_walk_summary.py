@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from fieldcam.tui.text.telling import all_done, summed_up, what_next
 from made_states import AIM
 from screens import LARGE, SMALL, walk_text
 from stored_walks import MadeWalk, small_store
@@ -15,6 +14,7 @@ from fieldcam.session.summary import WalkSummary
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.queries.walks import ClusterState
 from fieldcam.store.rows.judgements import Action, Decision, FruitletMark, MarkKind, Skip
+from fieldcam.tui.text.telling import all_done, summed_up, what_next
 
 SUMMARY = WalkSummary(8, 1, 2, 3, 1, (9, 10), True)
 

@@ -8,6 +8,9 @@ from typing import Protocol, Self
 from fieldcam.camera.preview import Preview
 from fieldcam.values import Calibration, RawPair
 
+DEADLINE_S = 5.0
+"""How long a triggered pair may take to arrive."""
+
 
 class FlashStereoDevice(Protocol):
     """An open camera: two eyes and a flash, fired together.

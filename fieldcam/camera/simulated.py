@@ -183,10 +183,11 @@ class OrchardDay:
 def _plan(seed: int, clusters: int) -> tuple[SimulatedRow, Callable[[SimulatedVisit], RawPair]]:
     """In the orchard's process."""
     block = plan_block(seed, clusters)
-    return _row(block), lambda visit: _render(block, visit).capture.raw
+    return row_of_block(block), lambda visit: _render(block, visit).capture.raw
 
 
-def _row(block: Block) -> SimulatedRow:
+def row_of_block(block: Block) -> SimulatedRow:
+    """What of it can be known without rendering."""
     from fieldcam.simulator import calibration_of
     from fieldcam.simulator.capture import FIRST_DAY
 

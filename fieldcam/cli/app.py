@@ -11,11 +11,7 @@ from fieldcam.cli.launcher import launch
 from fieldcam.cli.networks import checked_models
 from fieldcam.errors import (
     BadInput,
-    DeviceError,
     FieldcamError,
-    RowsLost,
-    StorageDamaged,
-    StorageError,
 )
 from fieldcam.models import Models
 from fieldcam.store.folder import data_path, demo_beside
@@ -37,54 +33,16 @@ def open_app(data: Path | None, parser: Parser) -> None:
 
 
 def _open(data: Path | None, parser: Parser) -> None:
-    from fieldcam.app.field import walk_field
-    from fieldcam.store.recovery.lost_rows import check_rows
-    from fieldcam.store.store import DATABASE_NAME
-    from fieldcam.tui.questions.offer import Choice, offered
+    from fieldcam.app.beginning import begin
 
     path = data_path(data)
-    lines: list[str] = []
-    try:
-        check_rows(path, DATABASE_NAME)
-    except (RowsLost, StorageDamaged) as trouble:
-        lines = _recovered(path, trouble)
-    no_camera = "" if (path / DATABASE_NAME).exists() else _no_camera(path)
-    if no_camera:
-        choice = offered(no_camera)
-        if choice is None:
-            return
-        if choice is Choice.DEMO:
-            demo = parser.parse_args(["demo"])
-            demo.data = None if data is None else demo_beside(path)
-            demo.handler(demo)
-            return
-    models, problems = _networks(data)
-    try:
-        walk_field(path, models, [*problems, *lines])
-    except StorageDamaged as trouble:
-        walk_field(path, models, [*problems, *_recovered(path, trouble)])
 
+    def demo() -> None:
+        chosen = parser.parse_args(["demo"])
+        chosen.data = None if data is None else demo_beside(path)
+        chosen.handler(chosen)
 
-def _recovered(path: Path, trouble: StorageError) -> list[str]:
-    """What was done, once the operator said yes; raises what is wrong where it was no."""
-    from fieldcam.store.recovery.mending import recover
-    from fieldcam.store.recovery.words import recovery_lines
-    from fieldcam.tui.questions.recover_offer import may_recover
-
-    if not may_recover(trouble):
-        raise trouble
-    return list(recovery_lines(recover(path)))
-
-
-def _no_camera(data: Path) -> str:
-    """Why there is no camera; empty where there is one."""
-    from fieldcam.camera.finding import look_for_camera
-
-    try:
-        look_for_camera(data)
-    except DeviceError as error:
-        return str(error)
-    return ""
+    begin(path, partial(_networks, data), demo)
 
 
 def _networks(data: Path | None) -> tuple[Models | None, list[str]]:

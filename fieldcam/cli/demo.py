@@ -7,34 +7,23 @@ are printed beside the truth.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from datetime import timedelta
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fieldcam.cli.analyst import open_analyst
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, count, positive_count
 from fieldcam.cli.console import at_a_terminal, emit, emit_json, narrate, table
 from fieldcam.cli.launcher import launch
 from fieldcam.cli.networks import checked_models
 from fieldcam.errors import BadInput
 from fieldcam.values import Status
-from fieldcam.words import number_of
 
 if TYPE_CHECKING:
-    from fieldcam.camera.simulated import SimulatedCamera
     from fieldcam.report.scoring import Scored, ScoredCapture
-    from fieldcam.session.recording import StoredVisit
-    from fieldcam.session.walk import Analysed, Analyst
     from fieldcam.simulator import Block
-    from fieldcam.simulator.truth import Truth
-    from fieldcam.store.captures import SavedCapture
-    from fieldcam.store.store import Store
 
-RENDER_DEADLINE_S = 120.0
-"""Rendering takes seconds, more on a busy machine; a real camera has no such excuse."""
 SIMULATED = "Simulated orchard: every picture here is rendered, none is of a real fruit."
 
 
@@ -47,16 +36,6 @@ class _Stop:
     scored: ScoredCapture
     duration_ms: float
     """From saved to reading."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Unread:
-    """A picture that is stored, and that the analysis could not read."""
-
-    visit: StoredVisit
-    saved: SavedCapture
-    day: int
-    truth: Truth
 
 
 def register(commands: Subparsers[Parser]) -> None:
@@ -123,84 +102,18 @@ def _replay(arguments: argparse.Namespace) -> None:
 
 
 def _walk(arguments: argparse.Namespace, block: Block) -> Iterator[_Stop]:
-    """All captures that could be read, as they come; the others are tried again at the end."""
-    from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
-    from fieldcam.simulator import calibration_of
+    """All captures that could be read, as they come."""
+    from fieldcam.app.headless import walk_row
+    from fieldcam.report.scoring import score_capture
     from fieldcam.store.folder import DataKind, data_path
     from fieldcam.store.store import open_store
 
-    clusters = range(len(block.clusters))
-    pictures = [SimulatedVisit(index, day) for day in arguments.days for index in clusters]
-    path = data_path(arguments.data, DataKind.SIMULATED)
-    with (
-        open_store(path, DataKind.SIMULATED) as store,
-        open_analyst(calibration_of(block), data_path(arguments.data), path) as analyst,
-        SimulatedCamera(block, pictures) as camera,
-    ):
-        unread = []
-        for visit in _visits(store, block, arguments.days):
-            for taken in _walk_once(camera, visit, analyst, block):
-                if isinstance(taken, _Stop):
-                    yield taken
-                else:
-                    unread.append(taken)
-        yield from _read_again(unread, analyst)
-
-
-def _visits(store: Store, block: Block, days: Sequence[int]) -> Iterator[StoredVisit]:
-    """One visit of the block for each day."""
-    from fieldcam.calibration.rectified_file import rectified_file
-    from fieldcam.session.recording import StoredVisit
-    from fieldcam.simulator import calibration_of
-    from fieldcam.simulator.capture import FIRST_DAY
-    from fieldcam.store.rows import orchard
-
-    clusters = number_of(len(block.clusters), "cluster")
-    name = f"Row {block.seed}, {clusters}, walked without a screen"
-    store.sign_in("demo")
-    stored = store.block(orchard.Block(name))
-    calibration = store.keep_calibration(rectified_file(calibration_of(block)))
-    for day in days:
-        visit = store.visit(stored, (FIRST_DAY + timedelta(days=day)).date())
-        yield StoredVisit(store, visit, calibration)
-
-
-def _walk_once(
-    camera: SimulatedCamera, visit: StoredVisit, analyst: Analyst, block: Block
-) -> Iterator[_Stop | _Unread]:
-    """One picture of each cluster."""
-    from fieldcam.session.walk import Analysed, NotAnalysed, walk
-
-    expected = (visit.expectation(cluster.tag_id) for cluster in block.clusters)
-    for event in walk(camera, visit, analyst, expected, RENDER_DEADLINE_S):
-        day, truth = camera.last.visit.day, camera.last.capture.truth
-        if isinstance(event, NotAnalysed):
-            narrate(f"Tag {truth.tag_id}, day {day}: {event.error} It is tried again at the end.")
-            yield _Unread(visit, event.capture, day, truth)
-        elif isinstance(event, Analysed):
-            yield _stop(visit, event, day, truth)
-
-
-def _read_again(unread: Sequence[_Unread], analyst: Analyst) -> Iterator[_Stop]:
-    """A machine that was busy may have time now; what fails once more stays unread."""
-    from fieldcam.session.walk import NotAnalysed, analyse
-
-    for each in unread:
-        tag_id = each.truth.tag_id
-        event = analyse(each.visit, analyst, each.saved, each.visit.expectation(tag_id))
-        if isinstance(event, NotAnalysed):
-            narrate(f"Tag {tag_id}, day {each.day}: {event.error}")
-        else:
-            yield _stop(each.visit, event, each.day, each.truth)
-
-
-def _stop(visit: StoredVisit, event: Analysed, day: int, truth: Truth) -> _Stop:
-    """What was read beside the truth; a picture that asks nothing is accepted."""
-    from fieldcam.report.scoring import score_capture
-
-    if event.reading.verdict.status is Status.ACCEPT:
-        visit.accept(event.capture)
-    return _Stop(truth.tag_id, day, score_capture(event.reading.decode(), truth), event.duration_ms)
+    path, networks = data_path(arguments.data, DataKind.SIMULATED), data_path(arguments.data)
+    with open_store(path, DataKind.SIMULATED) as store:
+        for read in walk_row(store, block, arguments.days, networks, narrate):
+            truth = read.picture.truth
+            scored = score_capture(read.reading, truth)
+            yield _Stop(truth.tag_id, read.picture.day, scored, read.duration_ms)
 
 
 def _stop_lines(stop: _Stop) -> list[str]:

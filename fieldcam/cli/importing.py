@@ -9,7 +9,6 @@ from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fieldcam.cli.analyst import open_analyst
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, name
 from fieldcam.cli.card_size import add_tag_size
 from fieldcam.cli.console import emit, emit_json, narrate
@@ -81,17 +80,22 @@ def _import(arguments: argparse.Namespace) -> None:
 
 
 def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[Outcome]:
+    from fieldcam.analysis.messages import Setup
+    from fieldcam.app.analysis import start_analysis
     from fieldcam.session.importing import ImportTerms, import_pairs
     from fieldcam.store.folder import DataKind, data_path
     from fieldcam.store.rows.orchard import Block
     from fieldcam.store.store import open_store
 
     path = data_path(arguments.data)
-    with open_store(path, DataKind.FIELD) as store, open_analyst(None, path, path) as analyst:
+    with (
+        open_store(path, DataKind.FIELD) as store,
+        start_analysis(Setup(None, data=path), path) as analysis,
+    ):
         _doubt_the_days(store.database, arguments.block, found)
         accepting = (Status.ACCEPT, Status.CONFIRM)[: 2 if arguments.accept_confirm else 1]
         terms = ImportTerms(found.checksums, accepting, arguments.tag_size_mm)
-        yield from import_pairs(store, Block(arguments.block), analyst, found.captures, terms)
+        yield from import_pairs(store, Block(arguments.block), analysis, found.captures, terms)
 
 
 def _doubt_the_days(database: Database, name: str, found: CaptureFolder) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fieldcam.cli.analyst import open_analyst
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
 from fieldcam.cli.console import emit, emit_json
 from fieldcam.cli.progress import progress
@@ -44,6 +43,8 @@ def _recover(arguments: argparse.Namespace) -> None:
 
 def _read(path: Path) -> tuple[CaughtUp, ...]:
     """Every picture that waits, with the networks that are installed."""
+    from fieldcam.analysis.messages import Setup
+    from fieldcam.app.analysis import start_analysis
     from fieldcam.session.catching_up import catch_up, simulated_camera
     from fieldcam.store.folder import known_data_folder
     from fieldcam.store.queries.resuming import waiting_for_analysis
@@ -53,8 +54,9 @@ def _read(path: Path) -> tuple[CaughtUp, ...]:
         waiting = len(waiting_for_analysis(store.database))
         if not waiting:
             return ()
-        with open_analyst(simulated_camera(store), path, path) as analyst:
-            return tuple(progress(catch_up(store, analyst), waiting, "picture"))
+        setup = Setup(simulated_camera(store), data=path)
+        with start_analysis(setup, path) as analysis:
+            return tuple(progress(catch_up(store, analysis), waiting, "picture"))
 
 
 def _lines(found: Recovered, read: tuple[CaughtUp, ...]) -> Iterator[str]:

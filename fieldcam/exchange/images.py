@@ -10,12 +10,7 @@ import numpy as np
 from fieldcam.disk.image_headers import ImageHeader
 from fieldcam.disk.targets import check_target, write_target
 from fieldcam.errors import ImageUnreadable
-from fieldcam.exchange.image_files import (
-    ImageFile,
-    check_same_size,
-    checked_image,
-    read_image_file,
-)
+from fieldcam.exchange.image_files import ImageFile, check_same_size, checked_image, read_image_file
 from fieldcam.images.pixels import check_size
 from fieldcam.values import Calibration, ImageU8
 

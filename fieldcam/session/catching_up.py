@@ -5,23 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from time import perf_counter
+from functools import partial
 
 from fieldcam.codec.readings import EncodedReading
-from fieldcam.errors import AnalysisOff, FieldcamError, ReadingDamaged
+from fieldcam.errors import ReadingDamaged
 from fieldcam.session.calibrating import OwnCalibration
-from fieldcam.session.deciding.learning import learned
-from fieldcam.session.viewing import WalkView, expected_at
-from fieldcam.session.walk import Analyst
+from fieldcam.session.events import AnalysisTrouble
+from fieldcam.session.reading import Keeping, Reader
+from fieldcam.session.viewing import WalkView
+from fieldcam.store.captures import SavedCapture
 from fieldcam.store.connection import rows
 from fieldcam.store.folder import DataKind
-from fieldcam.store.queries.imports import failed_alike
 from fieldcam.store.queries.lookups import row_of
 from fieldcam.store.queries.resuming import Waiting, waiting_for_analysis
-from fieldcam.store.readings import reading_row, stored_reading
-from fieldcam.store.rows.judgements import Action, Decision
-from fieldcam.store.rows.row import Row
-from fieldcam.store.rows.walk import AnalysisFailure
+from fieldcam.store.readings import stored_reading
 from fieldcam.store.store import Store
 from fieldcam.values import Calibration, Expectation, Status
 
@@ -35,7 +32,7 @@ class CaughtUp:
     """Why it has no reading still."""
 
 
-def catch_up(store: Store, analyst: Analyst) -> Iterator[CaughtUp]:
+def catch_up(store: Store, reader: Reader) -> Iterator[CaughtUp]:
     """One outcome for each; an imported picture without a doubt is accepted, as by an import.
 
     Of a head in the field the calibration in use stands in where a picture has none.
@@ -47,22 +44,11 @@ def catch_up(store: Store, analyst: Analyst) -> Iterator[CaughtUp]:
             yield CaughtUp(picture.tag_expected, own.problem)
         if saved is None:
             continue
-        started = perf_counter()
-        try:
-            reading = analyst.analyse(saved, _expectation(store, picture))
-        except AnalysisOff:
-            raise
-        except FieldcamError as error:
-            _keep_failure(store, picture, error)
-            yield CaughtUp(picture.tag_expected, error.message)
-            continue
-        duration_ms = (perf_counter() - started) * 1000
-        store.append(
-            reading_row(picture.saved.key, reading, duration_ms),
-            *_learned(store, picture, reading),
-            *_accepted(store, picture, reading),
-        )
-        yield CaughtUp(picture.tag_expected)
+        view = None if picture.visit is None else WalkView(store, picture.visit)
+        keeping = Keeping(store, view, accepts=partial(_counts, store), once=True)
+        event = keeping.read(reader, saved, _expectation(view, picture))
+        problem = event.error.message if isinstance(event, AnalysisTrouble) else ""
+        yield CaughtUp(picture.tag_expected, problem)
 
 
 def simulated_camera(store: Store) -> Calibration | None:
@@ -79,28 +65,15 @@ def simulated_camera(store: Store) -> Calibration | None:
     return None
 
 
-def _expectation(store: Store, picture: Waiting) -> Expectation:
-    if picture.visit is None:
+def _expectation(view: WalkView | None, picture: Waiting) -> Expectation:
+    if view is None:
         return Expectation(picture.tag_expected)
-    return expected_at(store.database, picture.visit, picture.tag_expected)
+    return view.expectation(picture.tag_expected)
 
 
-def _learned(store: Store, picture: Waiting, reading: EncodedReading) -> tuple[Row, ...]:
-    if picture.visit is None:
-        return ()
-    return tuple(learned(WalkView(store, picture.visit), picture.saved.key, reading))
-
-
-def _accepted(store: Store, picture: Waiting, reading: EncodedReading) -> tuple[Row, ...]:
-    capture = row_of(store.database, "capture", picture.saved.key)
-    decided = row_of(store.database, "capture_now", picture.saved.key)["decision"]
-    if capture["source"] is None or decided or reading.verdict.status is not Status.ACCEPT:
-        return ()
-    return (Decision(picture.saved.key, Action.ACCEPT),)
-
-
-def _keep_failure(store: Store, picture: Waiting, error: FieldcamError) -> None:
-    """Once, however often it is tried."""
-    key, cause = picture.saved.key, type(error).__name__
-    if not failed_alike(store.database, key, cause, error.message):
-        store.append(AnalysisFailure(key, cause, error.message))
+def _counts(store: Store, saved: SavedCapture, reading: EncodedReading) -> bool:
+    """Whether it was imported, waits for a decision, and leaves no doubt."""
+    capture = row_of(store.database, "capture", saved.key)
+    decided = row_of(store.database, "capture_now", saved.key)["decision"]
+    undecided = capture["source"] is not None and not decided
+    return undecided and reading.verdict.status is Status.ACCEPT

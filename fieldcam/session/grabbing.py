@@ -11,11 +11,10 @@ from time import perf_counter
 
 import numpy as np
 
-from fieldcam.camera.port import FlashStereoDevice
+from fieldcam.camera.port import DEADLINE_S, FlashStereoDevice
 from fieldcam.disk.durable import write_durably
 from fieldcam.errors import StorageError
 from fieldcam.exchange.capture_folder import VIEW_FILE, CaptureFile, recording_day
-from fieldcam.session.walk import DEADLINE_S
 from fieldcam.values import ImageU8, RawPair, ReasonCode, StereoPair
 
 CLIPPED_FROM = 255

@@ -9,21 +9,18 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from time import perf_counter
 
-from fieldcam.codec.readings import EncodedReading
-from fieldcam.errors import AnalysisFailed, AnalysisOff, BadInput, FieldcamError
+from fieldcam.errors import AnalysisFailed, AnalysisOff, BadInput
 from fieldcam.exchange.capture_folder import NO_CHECKSUMS, CaptureFile
 from fieldcam.exchange.checksums import Checksums
 from fieldcam.exchange.pair_files import PairFiles, read_pair_files
+from fieldcam.session.events import VerdictReady
 from fieldcam.session.intake import Fate, Intake, Taken
-from fieldcam.session.recording import StoredVisit
-from fieldcam.session.walk import Analyst
-from fieldcam.store.captures import SavedCapture, refuse_other_kind
+from fieldcam.session.reading import Keeping, Pardoned, Reader
+from fieldcam.session.viewing import WalkView
+from fieldcam.store.captures import refuse_other_kind
 from fieldcam.store.queries.blocks import tag_size_mm as size_of_cards
 from fieldcam.store.queries.history import capture_record
-from fieldcam.store.queries.imports import failed_alike
-from fieldcam.store.readings import reading_row
 from fieldcam.store.rows.judgements import Action, Decision
 from fieldcam.store.rows.orchard import Block, BlockSetting, Setting
 from fieldcam.store.rows.row import EntryId
@@ -69,7 +66,7 @@ class ImportTerms:
 def import_pairs(
     store: Store,
     block: Block,
-    analyst: Analyst,
+    reader: Reader,
     files: Iterable[CaptureFile],
     terms: ImportTerms | None = None,
 ) -> Iterator[Outcome]:
@@ -83,7 +80,7 @@ def import_pairs(
     if terms.tag_size_mm is not None:
         _set_up_cards(store, store.block(block), terms.tag_size_mm)
     intake = Intake(store, block)
-    analysed = partial(_analysed, intake, analyst, terms.accepting)
+    analysed = partial(_analysed, intake, reader, terms.accepting)
     late: list[tuple[CaptureFile, Taken]] = []
     for file in files:
         try:
@@ -93,19 +90,13 @@ def import_pairs(
             continue
         taken = intake.take(file, pair)
         try:
-            yield analysed(file, taken)
+            yield analysed(file, taken, pardoned=(AnalysisFailed,))
         except AnalysisOff:
             raise
         except AnalysisFailed:
             late.append((file, taken))
     # A machine that was busy may have time now.
-    for file, taken in late:
-        try:
-            yield analysed(file, taken)
-        except AnalysisOff:
-            raise
-        except AnalysisFailed as error:
-            yield _failed(intake, file, taken, error)
+    yield from (analysed(file, taken) for file, taken in late)
 
 
 def _set_up_cards(store: Store, block: EntryId, size_mm: float) -> None:
@@ -122,34 +113,29 @@ def _read_files(file: CaptureFile, checksums: Checksums) -> PairFiles:
 
 def _analysed(
     intake: Intake,
-    analyst: Analyst,
+    reader: Reader,
     accepting: Collection[Status],
     file: CaptureFile,
     taken: Taken,
+    pardoned: Pardoned = (),
 ) -> Outcome:
-    """Raises AnalysisFailed where the pair's own files are not at fault."""
+    """Raises what is pardoned, to be tried once more."""
     if taken.unread is None:
         _accept_known(intake.store, taken.read, accepting)
         return Outcome(file, taken.fate, problem=taken.problem, mended=taken.mended)
-    visit = StoredVisit(intake.store, intake.visit(file.day))
-    started = perf_counter()
-    try:
-        reading = analyst.analyse(taken.unread, visit.expectation(file.tag_id))
-    except AnalysisFailed:
-        raise
-    except FieldcamError as error:
-        return _failed(intake, file, taken, error)
-    accepted = reading.verdict.status in accepting
-    _keep(intake.store, taken.unread, reading, (perf_counter() - started) * 1000, accepted)
-    return Outcome(file, taken.fate, reading.verdict, mended=taken.mended)
-
-
-def _keep(
-    store: Store, saved: SavedCapture, reading: EncodedReading, duration_ms: float, accepted: bool
-) -> None:
-    """The reading and its acceptance are one, so that no crash comes between them."""
-    rows = reading_row(saved.key, reading, duration_ms), Decision(saved.key, Action.ACCEPT)
-    store.append(*(rows if accepted else rows[:1]))
+    view = WalkView(intake.store, intake.visit(file.day))
+    keeping = Keeping(
+        intake.store,
+        view,
+        accepts=lambda _, reading: reading.verdict.status in accepting,
+        once=True,
+    )
+    event = keeping.read(reader, taken.unread, view.expectation(file.tag_id), pardoned)
+    if isinstance(event, VerdictReady):
+        return Outcome(file, taken.fate, event.verdict, mended=taken.mended)
+    problem = f"It is stored, but was not analysed: {event.error.message}"
+    unread = isinstance(event.error, AnalysisFailed)
+    return Outcome(file, taken.fate, problem=problem, unread=unread, mended=taken.mended)
 
 
 def _accept_known(store: Store, capture: EntryId | None, accepting: Collection[Status]) -> None:
@@ -159,15 +145,3 @@ def _accept_known(store: Store, capture: EntryId | None, accepting: Collection[S
         return
     if record.reading.status in accepting:
         store.append(Decision(record.id, Action.ACCEPT))
-
-
-def _failed(intake: Intake, file: CaptureFile, taken: Taken, error: FieldcamError) -> Outcome:
-    """Keeps the reason, once however often the import is run."""
-    assert taken.unread is not None  # only what is unread is analysed
-    visit = StoredVisit(intake.store, intake.visit(file.day))
-    capture, cause = taken.unread.key, type(error).__name__
-    if not failed_alike(intake.store.database, capture, cause, error.message):
-        visit.fail(taken.unread, error)
-    problem = f"It is stored, but was not analysed: {error.message}"
-    unread = isinstance(error, AnalysisFailed)
-    return Outcome(file, taken.fate, problem=problem, unread=unread, mended=taken.mended)

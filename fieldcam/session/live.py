@@ -15,7 +15,7 @@ from functools import partial
 from queue import SimpleQueue
 
 from fieldcam.analysis.status import Status
-from fieldcam.camera.port import FlashStereoDevice
+from fieldcam.camera.port import DEADLINE_S, FlashStereoDevice
 from fieldcam.errors import FieldcamError, ReadingDamaged
 from fieldcam.session import commands as c
 from fieldcam.session import events
@@ -31,7 +31,6 @@ from fieldcam.session.set_up.today import AnotherDay
 from fieldcam.session.shutter import Shot, Shutter
 from fieldcam.session.state import CameraState
 from fieldcam.session.viewing import WalkView
-from fieldcam.session.walk import DEADLINE_S
 from fieldcam.store.rows.row import EntryId
 from fieldcam.store.seals import WHY
 from fieldcam.store.store import Store

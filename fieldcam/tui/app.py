@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from datetime import date, datetime
-from functools import partial
 from pathlib import PurePath
 from typing import ClassVar
 
@@ -15,43 +13,36 @@ from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
 from textual.events import Key
 from textual.screen import Screen
-from textual.scrollbar import ScrollBar, ScrollBarRender
+from textual.scrollbar import ScrollBar
 
 from fieldcam.errors import StorageError
 from fieldcam.models import Models
 from fieldcam.session import events
 from fieldcam.session.aim.automatic import Automatic, accepted_since
-from fieldcam.session.commands import Refresh, RestartAnalysis, Walk
+from fieldcam.session.commands import RestartAnalysis, Walk
 from fieldcam.session.set_up.setting_up import SetUp
-from fieldcam.session.state import Stage, WalkState
+from fieldcam.session.state import WalkState
 from fieldcam.store.rows.row import EntryId
 from fieldcam.tui import themes
-from fieldcam.tui.ending import EndableApp
-from fieldcam.tui.keys import KeyCommand, key_commands
 from fieldcam.tui.looks import Look
 from fieldcam.tui.messages import Heard, WalkEnded
+from fieldcam.tui.opening import OpeningApp
+from fieldcam.tui.palette import palette_commands
 from fieldcam.tui.questions.asking import AskYes, Notice
 from fieldcam.tui.questions.day_questions import DayQuestions
+from fieldcam.tui.questions.doubts import Doubts
 from fieldcam.tui.questions.learning import LearnKey
 from fieldcam.tui.questions.setup_questions import Questions, carried_out
 from fieldcam.tui.remote import VARIABLE, shutter_keys
 from fieldcam.tui.screens.aim_screen import AimScreen
-from fieldcam.tui.screens.block_screen import BlockScreen
-from fieldcam.tui.screens.cluster_screen import ClusterScreen
-from fieldcam.tui.screens.device_screen import DeviceScreen
-from fieldcam.tui.screens.growth_screen import GrowthScreen, KnownBlocks
-from fieldcam.tui.screens.help_screen import HelpScreen
-from fieldcam.tui.screens.log_screen import LogScreen
 from fieldcam.tui.screens.page import Frame, Page
-from fieldcam.tui.screens.route_screen import RouteScreen
 from fieldcam.tui.screens.setup_screen import SetUpScreen
-from fieldcam.tui.screens.two_days_screen import TwoDaysScreen
 from fieldcam.tui.screens.walk_screen import WalkScreen
 from fieldcam.tui.sound import Silence, Sound
 from fieldcam.tui.text.news import News, news
 from fieldcam.tui.trick import Trick
+from fieldcam.tui.widgets.plain_bar import PlainBar
 
-LOG_LINES = 500
 HOW_TO_END = "Q ends the walk, Ctrl+Q from anywhere; started again, it goes on here."
 END = "End the walk? Started again, it goes on here."
 OF_THE_WALK = (
@@ -68,21 +59,10 @@ OF_THE_WALK = (
 WITHOUT_ROOM = ("quit", "end", "help", "help_quit")
 CALENDAR_EVERY_S = 60.0
 USUAL_LOOK = Look()
-Subject = tuple[int | None, EntryId | None, Stage | None]
-"""A tag, its picture, and how far that is."""
-
-
-class PlainBar(ScrollBarRender):
-    """Ends at whole cells: the Linux console's fonts have no eighths of one."""
-
-    VERTICAL_BARS: ClassVar[list[str]] = [" "]
-    HORIZONTAL_BARS: ClassVar[list[str]] = [" "]
-
-
 ScrollBar.renderer = PlainBar
 
 
-class FieldcamApp(EndableApp[None]):
+class FieldcamApp(OpeningApp):
     """`start` makes the walk, which tells what happens to the listener it is given."""
 
     TITLE = "fieldcam"
@@ -125,29 +105,17 @@ class FieldcamApp(EndableApp[None]):
         With a `setup`, `start` makes the walk of its visit. `remember` keeps the theme that
         was chosen.
         """
-        # Without colours the terminal's own are left alone; bold and reverse stay.
-        super().__init__(ansi_color=None if look.colour else True)
-        self._start = start
-        self._look = look
-        self._models = models
-        self._setup = setup
-        self._remember = remember
+        super().__init__(look, models, lines)
+        self._start, self._setup, self._remember = start, setup, remember
         self._walked: tuple[EntryId | None, float | None] = (None, None)
         self.sound: Sound = Silence() if sound is None else sound
-        self.walk: Walk | None = None
-        self.state: WalkState | None = None
-        self.automatic = Automatic()
-        self._known: KnownBlocks = {}
-        """What the Growth screen has followed so far."""
-        self._doubted: tuple[AskYes, Subject] | None = None
-        """The question that is open, and what it is about."""
+        self._doubts = Doubts(self, self._tell)
         self._days = (
             None if setup is None else DayQuestions(self, setup, self._open_visit, self._tell)
         )
         self._first_news: News | None = None
         """What the next walk begins with."""
         self._tricks = tuple(tricks)
-        self.log_lines: deque[str] = deque(lines, maxlen=LOG_LINES)
         for theme in themes.ALL:
             self.register_theme(theme)
         self.theme = look.theme
@@ -179,7 +147,7 @@ class FieldcamApp(EndableApp[None]):
         if isinstance(event, events.Changed):
             self._show(event.state)
         elif isinstance(event, events.Doubted):
-            self._ask(event)
+            self._doubts.ask(event, self.state)
         elif isinstance(event, events.DayDoubted):
             self._ask_once_the_day_is_over()
         elif isinstance(event, events.Previewed):
@@ -188,7 +156,7 @@ class FieldcamApp(EndableApp[None]):
         elif (told := news(event, self.state)) is not None:
             self._tell(told)
         if isinstance(event, events.Saved | events.StorageTrouble):
-            self._leave_aim()
+            self.leave_aim()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """What belongs to a walk waits for one; a screen without room only ends or helps."""
@@ -200,14 +168,14 @@ class FieldcamApp(EndableApp[None]):
     def action_set_up(self) -> None:
         """The Set-up screen, from any other one but a question."""
         if self._setup is not None and isinstance(self.screen, Page):
-            self._back_to_walk()
+            self.back_to_walk()
             self.push_screen(SetUpScreen(self._setup))
 
     def action_walk(self) -> None:
         """The walk of the block that is set up; where the day is doubtful it is asked for."""
         setup = self._setup
         if setup is None or self._days is None:
-            self._back_to_walk()
+            self.back_to_walk()
         elif setup.block is None:
             self._tell(News("Choose a block first, or make one.", bad=True))
         elif setup.visit is None:
@@ -215,42 +183,10 @@ class FieldcamApp(EndableApp[None]):
         elif setup.walked != self._walked:
             self._change_walk()
         else:
-            self._back_to_walk()
-
-    def action_route(self) -> None:
-        self._open(RouteScreen)
-
-    def action_aim(self) -> None:
-        if not isinstance(self.screen, AimScreen):
-            self._open(lambda walk, state: AimScreen(walk, state, self.automatic))
+            self.back_to_walk()
 
     def action_learn_key(self) -> None:
         self.push_screen(LearnKey(), self._learned)
-
-    def action_cluster(self) -> None:
-        self._open(ClusterScreen)
-
-    def action_two_days(self) -> None:
-        over_walk = isinstance(self.screen, WalkScreen)
-        self._open(lambda walk, state: TwoDaysScreen(walk, state, over_walk))
-
-    def action_block(self) -> None:
-        self._open(BlockScreen)
-
-    def action_growth(self) -> None:
-        self._open(lambda walk, state: GrowthScreen(walk, state, self._known))
-
-    def action_device(self) -> None:
-        self._open(lambda walk, state: DeviceScreen(walk, state, self._models))
-
-    def action_log(self) -> None:
-        self._open(lambda walk, state: LogScreen(walk, state, self.log_lines))
-
-    def action_help(self) -> None:
-        """What the screen that is open is for, and its keys."""
-        screen = self.screen
-        about = screen.about if isinstance(screen, Frame) else ""
-        self.push_screen(HelpScreen(about, key_commands(screen)))
 
     def action_end(self) -> None:
         """Asked about, as its key lies beside others; Ctrl+Q is not."""
@@ -280,34 +216,7 @@ class FieldcamApp(EndableApp[None]):
             self.push_screen(CommandPalette(placeholder="Search for commands"))
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        for command in key_commands(screen):
-            if command.node is screen and not command.action.startswith("app."):
-                yield SystemCommand(command.name, command.key, partial(self._run, command))
-        yield SystemCommand("Route", "Trees and clusters; go to any", self.action_route)
-        yield SystemCommand("Aim", "What the camera sees", self.action_aim)
-        learn = "A button of yours takes the picture"
-        yield SystemCommand("Learn a remote's key", learn, self.action_learn_key)
-        for trick in self._tricks:
-            yield SystemCommand(trick.name, trick.does, partial(self._play, trick))
-        yield SystemCommand("Cluster", "Pictures and sizes of all days", self.action_cluster)
-        two = "Which fruitlet is which on another day"
-        yield SystemCommand("Two days", two, self.action_two_days)
-        yield SystemCommand("Block", "Sizes by day, what is missing", self.action_block)
-        grow = "How many fruitlets of the block will stay"
-        yield SystemCommand("Growth", grow, self.action_growth)
-        device = "Camera, networks, disk, battery, analysis"
-        yield SystemCommand("Device", device, self.action_device)
-        yield SystemCommand("Set-up", "Operator, block, trees, sprays, route", self.action_set_up)
-        yield SystemCommand("Log", "What happened on this walk", self.action_log)
-        yield SystemCommand("Help", "The keys of this screen", self.action_help)
-        yield SystemCommand("Theme: day or night", "The other colours", self.action_switch_theme)
-        again = "Start the analysis again"
-        yield SystemCommand(again, "After it was given up", self.action_restart_analysis)
-        yield SystemCommand("Quit", "End the walk; it resumes here", self.exit)
-
-    def _run(self, command: KeyCommand) -> None:
-        """Once the palette is gone."""
-        self.call_later(self.run_action, command.action, command.node)
+        return palette_commands(self, screen, self._tricks, self._play)
 
     def _begin_walk(self) -> None:
         """In place of all screens."""
@@ -316,7 +225,7 @@ class FieldcamApp(EndableApp[None]):
         self.walk = self._start(self._hear)
         # What it has fired at on another visit is to be taken again.
         self.automatic = Automatic(self.automatic.on)
-        self.push_screen(self._dressed(WalkScreen(self.walk)))
+        self.push_screen(self.dressed(WalkScreen(self.walk)))
         if self._setup is not None:
             self._walked = self._setup.walked
             if self._setup.operator is None:
@@ -324,12 +233,6 @@ class FieldcamApp(EndableApp[None]):
         if self._first_news is not None:
             self.call_after_refresh(self._tell, self._first_news)
             self._first_news = None
-
-    def _back_to_walk(self) -> None:
-        while self.walk is not None and not isinstance(self.screen, WalkScreen):
-            self.pop_screen()
-        if self.walk is not None:
-            self.walk.do(Refresh())
 
     def _look_at_the_calendar(self) -> None:
         """The app may be left open over days, with the lid closed; what is typed is let be."""
@@ -367,24 +270,6 @@ class FieldcamApp(EndableApp[None]):
         """In the walk's threads, where nothing else of the app may be touched."""
         self.post_message(Heard(event))
 
-    def _open(self, make: Callable[[Walk, WalkState | None], Page]) -> None:
-        """Over the Walk or Aim screen, to which Escape goes back; never over a question."""
-        if isinstance(self.screen, SetUpScreen):
-            self._back_to_walk()
-        if self.walk is None or not isinstance(self.screen, Page):
-            return
-        page = self._dressed(make(self.walk, self.state))
-        page.looks_at = self.screen.looks_at
-        if isinstance(self.screen, WalkScreen | AimScreen):
-            self.push_screen(page)
-        else:
-            self.switch_screen(page)
-
-    def _leave_aim(self) -> None:
-        """What came of the picture is on the Walk screen."""
-        if isinstance(self.screen, AimScreen):
-            self.pop_screen()
-
     def _learned(self, key: str | None) -> None:
         if key is not None:
             self.set_keymap({"shoot": shutter_keys(key)})
@@ -393,56 +278,18 @@ class FieldcamApp(EndableApp[None]):
     def _play(self, trick: Trick) -> None:
         self._tell(News(trick.play()))
 
-    def _dressed(self, page: Page) -> Page:
-        page.pictures = self._look.pictures
-        return page
-
     def _show(self, state: WalkState) -> None:
         before, self.state = self.state, state
-        self._withdraw(state)
-        for page in self._frames:
+        self._doubts.withdraw(state)
+        for page in self.frames:
             if isinstance(page, Page):
                 page.show(state)
         if self.automatic.on and before is not None and accepted_since(before, state):
             self.action_aim()
 
-    def _ask(self, doubt: events.Doubted) -> None:
-        def answered(yes: bool | None) -> None:
-            self._doubted = None
-            if yes:
-                doubt.insist()
-            elif yes is None:
-                self._tell(News("Nothing was done: there is news of the picture."))
-            else:
-                self._tell(News("Nothing was done."))
-
-        question = AskYes(doubt.sentence)
-        self._doubted = question, _subject(self.state)
-        self.push_screen(question, answered)
-
-    def _withdraw(self, state: WalkState) -> None:
-        """A question goes when what it is about has changed: its words may be true no more."""
-        if self._doubted is not None and self._doubted[1] != _subject(state):
-            self._doubted[0].dismiss(None)
-
     def _tell(self, told: News) -> None:
         self.log_lines.append(f"{datetime.now():%H:%M:%S}  {told.sentence}")
         if told.tune is not None:
             self.sound.play(told.tune)
-        for frame in self._frames:
+        for frame in self.frames:
             frame.hear(told)
-
-    @property
-    def _frames(self) -> list[Frame]:
-        """Those that can be filled: one that is opened while the app ends gets no widgets."""
-        frames = [screen for screen in self.screen_stack if isinstance(screen, Frame)]
-        return [frame for frame in frames if frame.is_mounted and frame.children]
-
-
-def _subject(state: WalkState | None) -> Subject:
-    """What a question of this moment is about."""
-    if state is None:
-        return None, None, None
-    if state.shown is None:
-        return state.tag_id, None, None
-    return state.tag_id, state.shown.id, state.shown.stage

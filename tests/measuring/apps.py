@@ -10,13 +10,13 @@ from functools import partial
 from pathlib import Path
 from time import monotonic
 
-from fieldcam.app.running import run
 from live_walks import ToldCamera
 from terminals import ESCAPE, Terminal
 from torture.rowed_walk import open_row
 
 from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.supervisor import CHILD, Supervisor
+from fieldcam.app.running import run
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit, plan_block
 from fieldcam.images.pixels import mosaic
 from fieldcam.session.events import (

@@ -19,7 +19,6 @@ from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
 
-from fieldcam.app.running import run
 from made_readings import CAMERA
 from processes import children
 from terminals import Terminal
@@ -27,6 +26,7 @@ from terminals import Terminal
 from fieldcam.analysis.messages import Setup
 from fieldcam.analysis.status import Limits
 from fieldcam.analysis.supervisor import Supervisor
+from fieldcam.app.running import run
 from fieldcam.cli.launcher import launch
 from fieldcam.errors import ScreenLost, Stopped
 from fieldcam.session.events import Listener, LiveEvent

@@ -8,14 +8,7 @@ from itertools import groupby
 
 from sqlite_utils import Database
 
-from fieldcam.growth.places import (
-    Association,
-    ClusterVisit,
-    Place,
-    Track,
-    View,
-    Word,
-)
+from fieldcam.growth.places import Association, ClusterVisit, Place, Track, View, Word
 from fieldcam.growth.size_rule import SizeRule
 from fieldcam.store.queries.blocks import tag_size_mm
 from fieldcam.store.queries.counted import (

@@ -17,7 +17,13 @@ from fieldcam.exchange.route_table import PlannedRoute
 from fieldcam.session.deciding.undoing import undo_last_set_up
 from fieldcam.session.doubt import NotNow
 from fieldcam.session.set_up.planning import keep_route
-from fieldcam.session.set_up.today import AnotherDay, clock_doubt, day_of, season_doubt, told
+from fieldcam.session.set_up.today import (
+    AnotherDay,
+    clock_doubt,
+    day_of,
+    season_doubt,
+    told,
+)
 from fieldcam.store.clock import now
 from fieldcam.store.folder import DataKind
 from fieldcam.store.queries.blocks import (

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from functools import partial
 
 from fieldcam.analysis.messages import Setup
-from fieldcam.analysis.status import Limits
-from fieldcam.app.running import Rig
+from fieldcam.app.rendered import BESIDE_RENDERING, RENDER_DEADLINE_S
+from fieldcam.app.rig import Rig
 from fieldcam.camera.aimed import AimedCamera, Mishap
 from fieldcam.session.calibrating import keep_known
 from fieldcam.session.events import Changed, Listener, LiveEvent
@@ -16,10 +16,6 @@ from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store
 from fieldcam.tui.trick import Trick
 
-DEADLINE_S = 120.0
-"""Rendering takes seconds, more on a busy machine; a real camera has no such excuse."""
-LIMITS = Limits(pair_s=30.0)
-"""Rendering takes the cores that the analysis has to itself in the field."""
 TRICKS = {
     Mishap.UNPLUGGED: ("unplug it", "The camera is unplugged.", "Gone until it is plugged in"),
     Mishap.SLOW: ("be slow", "The next picture comes too late.", "Misses the next picture"),
@@ -54,7 +50,7 @@ def start_walk(
         listener(event)
 
     calibration = keep_known(store, setup.camera)
-    rig = Rig(camera.open, setup, LIMITS, DEADLINE_S, calibration)
+    rig = Rig(camera.open, setup, BESIDE_RENDERING, RENDER_DEADLINE_S, calibration)
     return rig.walk(store, visit, aim_and_tell)
 
 

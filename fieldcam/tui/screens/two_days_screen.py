@@ -28,7 +28,8 @@ from fieldcam.tui.screens.pairs import (
 )
 from fieldcam.tui.text.news import News
 from fieldcam.tui.widgets.days_view import Past
-from fieldcam.tui.widgets.picture_view import PictureView, picture_view
+from fieldcam.tui.widgets.fitting_picture import picture_view
+from fieldcam.tui.widgets.picture_view import PictureView
 
 LOOKING = "Looking for each fruitlet on the other days."
 TOO_FEW = "There are no two accepted pictures of this cluster to compare yet."

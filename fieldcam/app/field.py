@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fieldcam.analysis.messages import Setup
-from fieldcam.app.running import Rig, run
+from fieldcam.app.rig import Rig
+from fieldcam.app.running import run
 from fieldcam.camera.finding import HeadFinder
 from fieldcam.camera.head.logs import camera_log
 from fieldcam.models import Models

@@ -24,7 +24,7 @@ WHAT_IT_DOES = (
 class RecoverOffer(EndableApp[bool]):
     """R recovers; anything else leaves all as it is."""
 
-    CSS_PATH: ClassVar[list[str | PurePath]] = ["buttons.tcss", "offer.tcss"]
+    CSS_PATH: ClassVar[list[str | PurePath]] = ["../buttons.tcss", "offer.tcss"]
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("r", "recover", "Recover"),
         Binding("q,escape,ctrl+c", "quit", "End"),

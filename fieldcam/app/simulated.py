@@ -9,10 +9,11 @@ from datetime import date, timedelta
 from pathlib import Path
 
 from fieldcam.analysis.messages import Setup
-from fieldcam.app.hand_aimed import DEADLINE_S, start_walk, tricks
+from fieldcam.app.hand_aimed import start_walk, tricks
+from fieldcam.app.rendered import OPERATOR, RENDER_DEADLINE_S, kept_row
 from fieldcam.app.running import run, say
 from fieldcam.camera.aimed import AimedCamera, Mishap
-from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedRow
+from fieldcam.camera.simulated import OrchardDay, OrchardProcess
 from fieldcam.models import find_models
 from fieldcam.session.events import Changed, Listener, LiveEvent
 from fieldcam.session.live import LiveWalk
@@ -21,12 +22,10 @@ from fieldcam.session.viewing import VisitView
 from fieldcam.store.folder import DataKind, data_path
 from fieldcam.store.queries.walks import walk_route
 from fieldcam.store.recovery.startup import startup_check
-from fieldcam.store.rows.orchard import Block, Cluster, Route
 from fieldcam.store.rows.row import EntryId
 from fieldcam.store.store import Store, open_store
 from fieldcam.words import number_of
 
-CLUSTERS_PER_TREE = 2
 RENDERING = "The demo renders its first picture, which takes some seconds …"
 PATIENCE = "The demo is rendering it; a real camera needs no such time."
 NEXT_DAY = "Started again, the demo goes on with its next day."
@@ -39,21 +38,21 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
         store = stack.enter_context(open_store(path, DataKind.SIMULATED))
         orchard = stack.enter_context(closing(OrchardProcess(seed, clusters)))
         found = startup_check(store).sentences
-        block = _block(store, seed, orchard.row)
+        block = kept_row(store, seed, orchard.row, "by hand")
         day, visit = _visit(store, block, orchard.row.first_day, days)
         last = _last_day(path, days)
         if walk_route(store.database, visit).settled:
             found = (*found, last)
         afterwards = last if day == days[-1] else NEXT_DAY
         set_up = SetUp(store, lambda: orchard.row.first_day + timedelta(days=day))
-        set_up.sign_in("demo")
+        set_up.sign_in(OPERATOR)
         set_up.block, set_up.visit = block, visit
         stops = walk_route(store.database, visit).stops
         taken = {stop.tag_id: len(stop.captures) for stop in stops}
         camera = AimedCamera(OrchardDay(orchard, day), taken)
         if (first := VisitView(store, visit).standing()) is not None:
             say(RENDERING)
-            camera.make_first(first, DEADLINE_S)
+            camera.make_first(first, RENDER_DEADLINE_S)
 
         def start(listener: Listener) -> LiveWalk:
             analysis = Setup(orchard.row.calibration, data=data_path(data))
@@ -67,19 +66,6 @@ def walk_simulated_row(data: Path | None, seed: int, clusters: int, days: Sequen
             return start_walk(store, set_up.visit or visit, camera, analysis, tell)
 
         run(start, found, tricks(camera, Mishap), find_models(data_path(data)), set_up)
-
-
-def _block(store: Store, seed: int, row: SimulatedRow) -> EntryId:
-    """The row as a block of trees, made when it is new."""
-    block = store.block(
-        Block(f"Row {seed}, {number_of(len(row.tag_ids), 'cluster')}, walked by hand")
-    )
-    if not walk_route(store.database, store.visit(block, row.first_day)).stops:
-        for index, tag_id in enumerate(row.tag_ids):
-            tree = store.tree(block, str(index // CLUSTERS_PER_TREE + 1))
-            store.append(Cluster(block, tag_id, tree))
-        store.append(Route(block, row.tag_ids))
-    return block
 
 
 def _last_day(path: Path, days: Sequence[int]) -> str:

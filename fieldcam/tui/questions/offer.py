@@ -26,7 +26,7 @@ class Choice(StrEnum):
 class Offer(EndableApp[Choice]):
     """One key chooses; None: neither."""
 
-    CSS_PATH: ClassVar[list[str | PurePath]] = ["buttons.tcss", "offer.tcss"]
+    CSS_PATH: ClassVar[list[str | PurePath]] = ["../buttons.tcss", "offer.tcss"]
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("enter,d", "choose('demo')", "Demo"),
         Binding("e", "choose('set_up')", "Set up"),

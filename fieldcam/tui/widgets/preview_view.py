@@ -7,8 +7,8 @@ from textual.widget import Widget
 
 from fieldcam.images.pixels import as_rgb
 from fieldcam.tui.looks import Pictures
+from fieldcam.tui.widgets.cell_picture import full_cells, half_blocks
 from fieldcam.tui.widgets.picture import frame_of, shrink
-from fieldcam.tui.widgets.picture_view import full_cells, half_blocks
 from fieldcam.values import ImageU8
 
 

@@ -45,7 +45,8 @@ from fieldcam.tui.text.fruit_words import Called, agreement_line, called
 from fieldcam.tui.text.history_words import picture_heading, picture_line, word_line
 from fieldcam.tui.text.news import News
 from fieldcam.tui.widgets.days_view import DaysView, Past
-from fieldcam.tui.widgets.picture_view import PictureView, picture_view
+from fieldcam.tui.widgets.fitting_picture import picture_view
+from fieldcam.tui.widgets.picture_view import PictureView
 from fieldcam.tui.widgets.sizes_view import SizesView
 from fieldcam.tui.widgets.sketch import Still, letter_in
 from fieldcam.words import number_of

@@ -32,8 +32,9 @@ from fieldcam.tui.text.telling import banner, counted, not_saved, progress, size
 from fieldcam.tui.widgets.banner_view import BannerView
 from fieldcam.tui.widgets.buttons import BigButtons
 from fieldcam.tui.widgets.days_view import DaysView
+from fieldcam.tui.widgets.fitting_picture import picture_view
 from fieldcam.tui.widgets.lights_view import LightsView
-from fieldcam.tui.widgets.picture_view import PictureView, picture_view
+from fieldcam.tui.widgets.picture_view import PictureView
 from fieldcam.tui.widgets.sizes_view import SizesView
 from fieldcam.tui.widgets.words import Words
 

@@ -20,8 +20,9 @@ from fieldcam.tui.text.telling import Banner, Tone, banner, counted, progress, s
 from fieldcam.tui.widgets.banner_view import BannerView
 from fieldcam.tui.widgets.buttons import Key, big_button
 from fieldcam.tui.widgets.cues_view import CuesView
+from fieldcam.tui.widgets.fitting_picture import picture_view
 from fieldcam.tui.widgets.lights_view import LightsView
-from fieldcam.tui.widgets.picture_view import PictureView, picture_view
+from fieldcam.tui.widgets.picture_view import PictureView
 from fieldcam.tui.widgets.preview_view import PreviewView
 from fieldcam.tui.widgets.range_view import RangeView
 from fieldcam.tui.widgets.sizes_view import SizesView

@@ -1,0 +1,1 @@
+"""What screens say, as words and tones; no widgets."""

@@ -1,0 +1,1 @@
+"""Parts of screens, and what is drawn in them."""
