@@ -273,18 +273,32 @@ def test_pairs_of_days_and_views(tmp_path: Path) -> None:
         assert pairs_of(days) == expected
 
 
-def test_growth_that_no_fruitlet_has_is_marked(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("grown_mm", "sds_mm", "ends"),
+    [
+        (4.9, (None, None), "8.80      13.70   +2.45"),
+        (8.0, (None, None), "8.80      16.80   +4.00    ? no fruit grows so"),
+        (-0.6, (None, None), "8.80       8.20   -0.30"),
+        (-0.6, (0.1, None), "8.80 ±0.10          8.20   -0.30"),
+        (-0.6, (0.1, 0.2), "8.80 ±0.10    8.20 ±0.20   -0.30"),
+        (-0.6, (0.1, 0.1), "8.80 ±0.10    8.20 ±0.10   -0.30    ? no fruit shrinks so"),
+        (-1.6, (None, None), "8.80       7.20   -0.80    ? no fruit shrinks so"),
+    ],
+)
+def test_growth_that_no_fruitlet_has_is_marked(
+    tmp_path: Path, grown_mm: float, sds_mm: tuple[float | None, float | None], ends: str
+) -> None:
     later = shown_with(tmp_path)
     day = later.record.day
     assert day is not None
     earlier = replace(later, record=replace(later.record, day=day - timedelta(days=2)))
-    one, other = Place("one", 0), Place("other", 0)
-    told = {}
-    for grown_mm in (4.9, 8.0):
-        row = PairRow(1, one, other, (8.8, 8.8 + grown_mm), (None, None), 1.0, False)
-        told[grown_mm] = list(pair_lines([row], (earlier, later), 1))[1]
-    assert told[4.9].endswith("+2.45")
-    assert told[8.0].endswith("+4.00    ? no fruit grows so")
+    sizes_mm = 8.8, 8.8 + grown_mm
+    row = PairRow(
+        1, Place("one", 0), Place("other", 0), sizes_mm, (None, None), 1.0, False, sds_mm=sds_mm
+    )
+    heading, line = pair_lines([row], (earlier, later), 1)
+    assert line.endswith(ends)
+    assert heading.index("mm a day") == line.index(f"{grown_mm / 2:+.2f}")
 
 
 def test_what_a_key_says(tmp_path: Path, walked: Walked) -> None:

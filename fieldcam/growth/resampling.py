@@ -97,17 +97,18 @@ def _imputed(
 ) -> tuple[Floats, Floats]:
     """(R, N) rates, minus infinity for what has fallen; and how many each one stands for.
 
-    Late ones stand for all that were not seen at first: those of them that fell before anybody
-    saw them never show. What is known of new ones is not typical, as they are not counted.
+    Late ones without a rate stand for all that were not seen at first: those of them that fell
+    since never show. With a rate they stand for themselves: on a short interval slow ones have
+    slowed further, which makes up for those that fell (docs/growth.md).
     """
     growth = [each.growth for each in followed if each.growth is not None]
     grid = rate_grid(growth, noise)
     likelihood = likelihoods(growth, noise, grid)
     grown = np.array([each.growth is not None for each in followed])
     fallen = np.array([each.fallen for each in followed])
-    late = np.array([each.late for each in followed])
     unknown = np.array([each.new for each in followed]) | ~(grown | fallen)
-    may_fall = late | unknown & ~np.array([each.hangs for each in followed])
+    late = np.array([each.late for each in followed]) & unknown
+    hangs = np.array([each.hangs for each in followed]) & ~late
     distribution = distributions(likelihood, weights[:, grown])
     rates = np.full(weights.shape, _FALLEN)
     shares = weights[:, grown] / weights[:, grown].sum(axis=1, keepdims=True)
@@ -116,7 +117,7 @@ def _imputed(
     none = np.zeros((len(weights), len(anything)))
     rates[:, unknown] = drawn_rates(rng, distribution, anything, none, grid)
     share_fallen = _share_fallen(followed, weights)[:, None]
-    rates[(rng.random(weights.shape) < share_fallen) & may_fall] = _FALLEN
+    rates[(rng.random(weights.shape) < share_fallen) & unknown & ~hangs] = _FALLEN
     return rates, np.where(late, 1.0 / (1.0 - share_fallen), 1.0)
 
 
