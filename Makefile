@@ -27,6 +27,7 @@ lint: $(VENV)/.test-ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports
 
 test-export: $(VENV)/.export-ready
 	$(BIN)/mypy export $(wildcard tests/export/*.py)
