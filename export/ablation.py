@@ -37,13 +37,13 @@ from fieldcam.vision.segmentation import is_cut
 from fieldcam.vision.sizing.covers import covers
 from fieldcam.vision.sizing.diameters import (
     Observation,
-    Size,
+    SizedOutline,
     size_by_paper,
     size_fruitlet,
 )
 from fieldcam.vision.sizing.parameters import Corrections, SizingParameters
 
-Sizing = Callable[[Observation, Calibration], Size]
+Sizing = Callable[[Observation, Calibration], SizedOutline]
 Rows = dict[str, list[Outcome]]
 
 NOTHING = Corrections(False, False, False, False, False)
@@ -93,7 +93,7 @@ class ObservedPipeline(Pipeline):
         window: DisparityWindow,
         calibration: Calibration,
         settings: Settings,
-    ) -> list[Size]:
+    ) -> list[SizedOutline]:
         self.observed = Observed(instances, clouds, window, calibration)
         return super()._sizes(instances, clouds, window, calibration, settings)
 
@@ -155,7 +155,7 @@ def analyse(pipeline: Pipeline, folder: Path, settings: Settings) -> Outcome:
     )
 
 
-def with_sizes(outcome: Outcome, sizes: Sequence[Size]) -> Outcome:
+def with_sizes(outcome: Outcome, sizes: Sequence[SizedOutline]) -> Outcome:
     """The same outcome with other sizes of the same fruitlets."""
     fruitlets = [
         reported | {"diameter_mm": size.diameter_mm}

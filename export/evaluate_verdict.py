@@ -26,7 +26,7 @@ from export.render_orchard import DAYS, Order, write
 from fieldcam.calibration.readers import load_rectified
 from fieldcam.exchange.images import read_pair
 from fieldcam.models import find_models
-from fieldcam.simulator import Block, Fault, Faults, SimulatedCapture
+from fieldcam.simulator import BlockPlan, Faults, SimulatedCapture, Spoiling
 from fieldcam.simulator.capture import (
     FRAMING,
     Sight,
@@ -56,17 +56,17 @@ EXTREMES_FIRST = (1, 5, 3, 2, 4)
 """So that a run that is cut short still spans all severities."""
 
 RIGHT_REASONS = {
-    Fault.DARK: {ReasonCode.TOO_DARK},
-    Fault.OVEREXPOSED: {ReasonCode.OVEREXPOSED},
-    Fault.BLURRED: {ReasonCode.BLURRED},
-    Fault.DEFOCUSED: {ReasonCode.BLURRED},
-    Fault.TOO_NEAR: {ReasonCode.TOO_NEAR},
-    Fault.TOO_FAR: {ReasonCode.TOO_FAR},
-    Fault.CUT_BY_BORDER: {ReasonCode.CUT_BY_BORDER},
-    Fault.SWAPPED_EYES: {ReasonCode.SWAPPED_EYES},
-    Fault.MISPAIRED: {ReasonCode.MISPAIRED},
-    Fault.DRIFTED: {ReasonCode.CALIBRATION_DRIFT},
-    Fault.TAG_HIDDEN: {ReasonCode.NO_TAG},
+    Spoiling.DARK: {ReasonCode.TOO_DARK},
+    Spoiling.OVEREXPOSED: {ReasonCode.OVEREXPOSED},
+    Spoiling.BLURRED: {ReasonCode.BLURRED},
+    Spoiling.DEFOCUSED: {ReasonCode.BLURRED},
+    Spoiling.TOO_NEAR: {ReasonCode.TOO_NEAR},
+    Spoiling.TOO_FAR: {ReasonCode.TOO_FAR},
+    Spoiling.CUT_BY_BORDER: {ReasonCode.CUT_BY_BORDER},
+    Spoiling.SWAPPED_EYES: {ReasonCode.SWAPPED_EYES},
+    Spoiling.MISPAIRED: {ReasonCode.MISPAIRED},
+    Spoiling.DRIFTED: {ReasonCode.CALIBRATION_DRIFT},
+    Spoiling.TAG_HIDDEN: {ReasonCode.NO_TAG},
 }
 
 
@@ -75,7 +75,7 @@ class Outcome:
     """What the verdict said about one pair, and what it should have said."""
 
     name: str
-    fault: Fault
+    fault: Spoiling
     severity: int
     status: Status
     reasons: tuple[ReasonCode, ...]
@@ -104,7 +104,7 @@ class SpoiledOrder(Order):
 
 @lru_cache(maxsize=1)
 def _good_look(seed: int, clusters: int, index: int, day: float) -> Sight:
-    return look(Block.plan(seed, clusters), index, day, 0, Faults())
+    return look(BlockPlan.plan(seed, clusters), index, day, 0, Faults())
 
 
 def orders(clusters: int, good: int) -> Iterator[Order]:
@@ -142,17 +142,17 @@ def examine(order: Order) -> Outcome:
     )
 
 
-def right_reasons(fault: Fault, framed: bool) -> set[ReasonCode]:
+def right_reasons(fault: Spoiling, framed: bool) -> set[ReasonCode]:
     """What the verdict may say; a tag that the border cuts is also no tag."""
     right = set(RIGHT_REASONS.get(fault, set()))
-    if fault is Fault.CUT_BY_BORDER and not framed:
+    if fault is Spoiling.CUT_BY_BORDER and not framed:
         right.add(ReasonCode.NO_TAG)
     return right
 
 
 def tag_in_view(order: Order) -> bool:
     """Whether both eyes see the whole card."""
-    block = Block.plan(order.seed, order.clusters)
+    block = BlockPlan.plan(order.seed, order.clusters)
     plan, calibration = block.clusters[order.index], calibration_of(block)
     scene = build_scene(plan, order.day)
     shot = draw_shot(plan, scene, order.day, 0, calibration, order.faults)
@@ -186,7 +186,7 @@ def summary(outcomes: Iterable[Outcome]) -> list[dict[str, Any]]:
     """One row for each fault and severity, then one for each fault, good pairs first."""
     groups: dict[tuple[str, str], list[Outcome]] = defaultdict(list)
     for outcome in outcomes:
-        if outcome.fault is not Fault.NONE:
+        if outcome.fault is not Spoiling.NONE:
             groups[outcome.fault, str(outcome.severity)].append(outcome)
             groups[outcome.fault, "all"].append(outcome)
             groups["every fault", "all"].append(outcome)

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fieldcam.calibration.rectified_file import rectified_file
-from fieldcam.simulator import Block, Fault, Faults, SimulatedCapture, TrueFruitlet, capture
+from fieldcam.simulator import BlockPlan, Faults, SimulatedCapture, Spoiling, TrueFruitlet, capture
 from fieldcam.values import ImageU8
 
 DAYS = (0.0, 2.0, 4.0)
@@ -42,12 +42,14 @@ class Order:
     @property
     def name(self) -> str:
         fault = (
-            "" if self.faults.kind is Fault.NONE else f"_{self.faults.kind}{self.faults.severity}"
+            ""
+            if self.faults.kind is Spoiling.NONE
+            else f"_{self.faults.kind}{self.faults.severity}"
         )
         return f"{self.seed}_{self.index:02d}_day{self.day:g}{fault}"
 
     def render(self) -> SimulatedCapture:
-        block = Block.plan(self.seed, self.clusters)
+        block = BlockPlan.plan(self.seed, self.clusters)
         return capture(block, self.index, self.day, faults=self.faults)
 
 

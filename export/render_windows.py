@@ -19,10 +19,10 @@ import numpy as np
 import numpy.typing as npt
 
 from export.wild_scenes import wild_light, wild_plan, wild_scene
-from fieldcam.simulator.capture import Shot, calibration_of, draw_shot, expose
+from fieldcam.simulator.capture import RandomExposure, calibration_of, draw_shot, expose
 from fieldcam.simulator.faults import Faults
 from fieldcam.simulator.mesh import F32
-from fieldcam.simulator.plan import Block
+from fieldcam.simulator.plan import BlockPlan
 from fieldcam.simulator.render import Renderer
 from fieldcam.simulator.scene import Scene, build_scene
 from fieldcam.simulator.sensor import Sensor
@@ -63,7 +63,7 @@ class Window:
 def scene_windows(seed: int, wild: bool) -> Iterator[Window]:
     """All windows of one random scene."""
     rng = np.random.default_rng([seed, 77])
-    block = Block.plan(seed, 1)
+    block = BlockPlan.plan(seed, 1)
     plan = wild_plan(seed) if wild else block.clusters[0]
     calibration = calibration_of(block)
     scene = wild_scene(plan, rng) if wild else build_scene(plan, float(rng.choice(DAYS)))
@@ -78,7 +78,11 @@ def scene_windows(seed: int, wild: bool) -> Iterator[Window]:
 
 
 def _window(
-    rng: np.random.Generator, renderer: Renderer, scene: Scene, shot: Shot, calibration: Calibration
+    rng: np.random.Generator,
+    renderer: Renderer,
+    scene: Scene,
+    shot: RandomExposure,
+    calibration: Calibration,
 ) -> Window:
     center_px, range_mm = _interest(rng, renderer, scene, calibration)
     jitter = rng.uniform(-150, 150, 2)

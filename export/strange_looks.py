@@ -20,17 +20,17 @@ import numpy as np
 from export.evaluate import Outcome, measure
 from export.render_orchard import Order, write
 from fieldcam.report.scoring import WELL_VISIBLE
-from fieldcam.simulator import Block, Faults, SimulatedCapture, shapes
+from fieldcam.simulator import BlockPlan, Faults, SimulatedCapture, shapes
 from fieldcam.simulator.capture import (
     Aim,
-    Shot,
+    RandomExposure,
     both_eyes,
     calibration_of,
     develop,
     draw_shot,
     parted,
 )
-from fieldcam.simulator.mesh import F32, Mesh, Part
+from fieldcam.simulator.mesh import F32, Mesh, MeshPart
 from fieldcam.simulator.plan import ClusterPlan
 from fieldcam.simulator.render import Renderer
 from fieldcam.simulator.scene import Scene, build_scene
@@ -40,10 +40,10 @@ SEED = 8_500_001
 FEW = 0.5
 """Share of the well-visible target fruitlets below which an ACCEPT is wrong."""
 
-Change = Callable[[Scene, Shot, np.random.Generator], tuple[Scene, Shot]]
+Change = Callable[[Scene, RandomExposure, np.random.Generator], tuple[Scene, RandomExposure]]
 
 
-def _painted(scene: Scene, part: Part, paint: Callable[[Mesh], F32]) -> Scene:
+def _painted(scene: Scene, part: MeshPart, paint: Callable[[Mesh], F32]) -> Scene:
     meshes = tuple(
         replace(m, albedo=np.clip(paint(m), 0.01, 0.95).astype(np.float32)) if m.part is part else m
         for m in scene.meshes
@@ -51,28 +51,36 @@ def _painted(scene: Scene, part: Part, paint: Callable[[Mesh], F32]) -> Scene:
     return replace(scene, meshes=meshes)
 
 
-def _striped(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, Shot]:
+def _striped(
+    scene: Scene, shot: RandomExposure, rng: np.random.Generator
+) -> tuple[Scene, RandomExposure]:
     """Fruit with dark rings, as a melon has."""
     period = rng.uniform(1.5, 4.0)
     rings = lambda m: m.albedo * (0.3 + 0.7 * (np.sin(m.local[:, 2:] * 2 * np.pi / period) > 0))  # noqa: E731
-    return _painted(scene, Part.FRUIT, rings), shot
+    return _painted(scene, MeshPart.FRUIT, rings), shot
 
 
-def _blue(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, Shot]:
+def _blue(
+    scene: Scene, shot: RandomExposure, rng: np.random.Generator
+) -> tuple[Scene, RandomExposure]:
     """Fruit of a colour that no apple has."""
     color = np.array([[0.05, 0.1, 0.6], [0.5, 0.05, 0.5], [0.02, 0.02, 0.03]])[rng.integers(3)]
-    return _painted(scene, Part.FRUIT, lambda m: np.tile(color, (len(m.albedo), 1))), shot
+    return _painted(scene, MeshPart.FRUIT, lambda m: np.tile(color, (len(m.albedo), 1))), shot
 
 
-def _kaolin(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, Shot]:
+def _kaolin(
+    scene: Scene, shot: RandomExposure, rng: np.random.Generator
+) -> tuple[Scene, RandomExposure]:
     """Everything under the white film of a particle spray."""
     share = rng.uniform(0.7, 0.95)
-    for part in (Part.FRUIT, Part.LEAF, Part.STEM, Part.SEPAL, Part.BARK):
+    for part in (MeshPart.FRUIT, MeshPart.LEAF, MeshPart.STEM, MeshPart.SEPAL, MeshPart.BARK):
         scene = _painted(scene, part, lambda m: m.albedo * (1 - share) + 0.85 * share)
     return scene, shot
 
 
-def _netted(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, Shot]:
+def _netted(
+    scene: Scene, shot: RandomExposure, rng: np.random.Generator
+) -> tuple[Scene, RandomExposure]:
     """A hail net between the camera and the tree."""
     step, z = rng.uniform(6, 9), -75.0
     color = (0.7, 0.7, 0.7) if rng.random() < 0.5 else (0.03, 0.03, 0.03)
@@ -81,25 +89,31 @@ def _netted(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, 
         for ends in ([[at, -110, z], [at, 110, z]], [[-110, at, z], [110, at, z]]):
             start, end = np.array(ends, np.float32)
             path = shapes.arc(start, end, 0.0, 4)
-            threads.append(shapes.tube(path, np.full(4, 0.35), color, Part.STRING, 5))
+            threads.append(shapes.tube(path, np.full(4, 0.35), color, MeshPart.STRING, 5))
     return replace(scene, meshes=(*scene.meshes, *threads)), shot
 
 
-def _wet(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, Shot]:
+def _wet(
+    scene: Scene, shot: RandomExposure, rng: np.random.Generator
+) -> tuple[Scene, RandomExposure]:
     """Fruit and leaves that mirror the lamps."""
     shiny = tuple(
-        replace(m, gloss=float(rng.uniform(2, 4))) if m.part in (Part.FRUIT, Part.LEAF) else m
+        replace(m, gloss=float(rng.uniform(2, 4)))
+        if m.part in (MeshPart.FRUIT, MeshPart.LEAF)
+        else m
         for m in scene.meshes
     )
     return replace(scene, meshes=shiny), shot
 
 
-def _long(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, Shot]:
+def _long(
+    scene: Scene, shot: RandomExposure, rng: np.random.Generator
+) -> tuple[Scene, RandomExposure]:
     """Fruit as long as a date."""
     stretch = float(rng.uniform(1.7, 2.2))
     meshes = []
     for mesh in scene.meshes:
-        if mesh.part is Part.FRUIT:
+        if mesh.part is MeshPart.FRUIT:
             middle = scene.fruitlets[mesh.fruitlet].center_mm
             tall = (mesh.vertices_mm - middle) * np.array([1, stretch, 1]) + middle
             mesh = replace(mesh, vertices_mm=tall.astype(np.float32))
@@ -107,7 +121,9 @@ def _long(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, Sh
     return replace(scene, meshes=tuple(meshes)), shot
 
 
-def _lamp(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, Shot]:
+def _lamp(
+    scene: Scene, shot: RandomExposure, rng: np.random.Generator
+) -> tuple[Scene, RandomExposure]:
     """Light of one colour, as under a red or a yellow work lamp."""
     tones = np.array([[1.0, 0.08, 0.05], [1.0, 0.7, 0.05], [0.1, 0.15, 1.0]], np.float32)
     tone = tones[rng.integers(3)]
@@ -115,11 +131,13 @@ def _lamp(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, Sh
     return scene, replace(shot, light=light)
 
 
-def _swapped(scene: Scene, shot: Shot, rng: np.random.Generator) -> tuple[Scene, Shot]:
+def _swapped(
+    scene: Scene, shot: RandomExposure, rng: np.random.Generator
+) -> tuple[Scene, RandomExposure]:
     """Pale leaves and dark fruit, as a camera for near infrared sees them."""
     leaf, fruit = rng.uniform(0.6, 0.8), rng.uniform(0.1, 0.2)
-    scene = _painted(scene, Part.LEAF, lambda m: np.full_like(m.albedo, leaf))
-    return _painted(scene, Part.FRUIT, lambda m: np.full_like(m.albedo, fruit)), shot
+    scene = _painted(scene, MeshPart.LEAF, lambda m: np.full_like(m.albedo, leaf))
+    return _painted(scene, MeshPart.FRUIT, lambda m: np.full_like(m.albedo, fruit)), shot
 
 
 LOOKS: dict[str, Change] = {
@@ -142,7 +160,7 @@ class StrangeOrder(Order):
         return develop(both_eyes(self._aim(), 0, self.day, 0), Faults())
 
     def _aim(self) -> Aim:
-        block = Block.plan(self.seed, 1)
+        block = BlockPlan.plan(self.seed, 1)
         plan: ClusterPlan = block.clusters[0]
         calibration = calibration_of(block)
         scene = build_scene(plan, self.day)

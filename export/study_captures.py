@@ -25,7 +25,7 @@ from export.study_pictures import photograph
 from fieldcam.codec.readings import dump_reading
 from fieldcam.models import find_models
 from fieldcam.report.scoring import score_capture
-from fieldcam.simulator import Block, TrueFruitlet, Truth, Variety, calibration_of
+from fieldcam.simulator import BlockPlan, TrueFruitlet, Truth, Variety, calibration_of
 from fieldcam.values import ClusterReading, Expectation, Matcher, Settings, Status
 from fieldcam.vision.pipeline import Pipeline
 
@@ -45,8 +45,8 @@ class StudySet:
     seed: int
     variety: Variety
 
-    def block(self) -> Block:
-        return Block.plan(self.seed, CLUSTERS, self.variety)
+    def block(self) -> BlockPlan:
+        return BlockPlan.plan(self.seed, CLUSTERS, self.variety)
 
 
 STUDY = (

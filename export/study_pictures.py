@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fieldcam.simulator import Block, Faults, Truth
+from fieldcam.simulator import BlockPlan, Faults, Truth
 from fieldcam.simulator.capture import Aim, aim, expose
 from fieldcam.simulator.render import EyeView
 from fieldcam.simulator.truth import disparity, true_fruitlets
@@ -20,7 +20,9 @@ MARGIN_PX = 64
 GREY = 70
 
 
-def photograph(block: Block, cluster_index: int, day: float, view: int) -> tuple[StereoPair, Truth]:
+def photograph(
+    block: BlockPlan, cluster_index: int, day: float, view: int
+) -> tuple[StereoPair, Truth]:
     """A rectified pair and the truth about its fruitlets; where both eyes see is not worked out."""
     aimed = aim(block, cluster_index, day, view, Faults())
     regions = _regions(aimed)

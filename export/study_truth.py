@@ -11,7 +11,7 @@ import numpy as np
 from export.study_captures import DAYS, StudySet
 from export.study_data import day_of
 from fieldcam.growth.noise import NOISE
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, SizeSource
 from fieldcam.simulator import ClusterPlan, FruitletPlan
 
 
@@ -32,7 +32,7 @@ def study_truth(of: StudySet, clusters: Sequence[ClusterPlan]) -> StudyTruth:
     visited = dict.fromkeys(days, frozenset(c.tag_id for c in clusters))
 
     def record(fruitlets: Sequence[FruitletRecord]) -> BlockRecord:
-        return BlockRecord(of.name, Source.CALIPERS, tuple(days), visited, tuple(fruitlets))
+        return BlockRecord(of.name, SizeSource.CALIPERS, tuple(days), visited, tuple(fruitlets))
 
     plans = [(c.tag_id, f) for c in clusters for f in c.fruitlets if f.hangs(DAYS[0])]
     exact = [FruitletRecord(tag, str(f.id), _sightings(f, None)) for tag, f in plans]
@@ -45,7 +45,7 @@ def _sightings(fruitlet: FruitletPlan, rng: np.random.Generator | None) -> dict[
     for day in DAYS:
         size = np.array([fruitlet.diameter_mm(day)])
         if rng is not None:
-            size = size + NOISE[Source.CALIPERS].drawn(rng, size)
+            size = size + NOISE[SizeSource.CALIPERS].drawn(rng, size)
         hangs = fruitlet.hangs(day)
         found[day_of(day)] = (
             Sighting(Presence.SIZED, float(size[0])) if hangs else Sighting(Presence.FALLEN)

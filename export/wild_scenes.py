@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from fieldcam.simulator import shapes, spur
-from fieldcam.simulator.light import Light, Sun
-from fieldcam.simulator.mesh import F32, Mesh, Part
+from fieldcam.simulator.light import SceneLight, Sun
+from fieldcam.simulator.mesh import F32, Mesh, MeshPart
 from fieldcam.simulator.plan import FIRST_TAG_ID, ClusterPlan, FruitletPlan
 from fieldcam.simulator.scene import Scene, build_scene
 from fieldcam.simulator.style import varied
@@ -59,7 +59,7 @@ def wild_scene(plan: ClusterPlan, rng: np.random.Generator) -> Scene:
     return replace(scene, meshes=(*scene.meshes, *added))
 
 
-def wild_light(light: Light, rng: np.random.Generator) -> Light:
+def wild_light(light: SceneLight, rng: np.random.Generator) -> SceneLight:
     """Daylight: a bright sky, often the sun, and a flash that counts for less."""
     if rng.random() < 0.35:
         return light
@@ -82,7 +82,7 @@ def wild_light(light: Light, rng: np.random.Generator) -> Light:
 
 
 def _recoloured(
-    scene: Scene, part: Part, color: F32, spread: float, rng: np.random.Generator
+    scene: Scene, part: MeshPart, color: F32, spread: float, rng: np.random.Generator
 ) -> Scene:
     """All things of one kind in a colour, keeping how they vary along themselves."""
     meshes = []
@@ -98,7 +98,7 @@ def _recoloured(
 
 def _of_leaf_colour(scene: Scene, rng: np.random.Generator) -> Scene:
     color = (scene.style.leaf * rng.uniform(0.8, 1.7)).astype(np.float32)
-    return _recoloured(scene, Part.FRUIT, color, float(rng.uniform(0.03, 0.12)), rng)
+    return _recoloured(scene, MeshPart.FRUIT, color, float(rng.uniform(0.03, 0.12)), rng)
 
 
 def _bloomed(scene: Scene, rng: np.random.Generator) -> Scene:
@@ -106,7 +106,7 @@ def _bloomed(scene: Scene, rng: np.random.Generator) -> Scene:
     share, grey = np.float32(rng.uniform(0.15, 0.6)), np.float32(rng.uniform(0.3, 0.6))
     meshes = tuple(
         replace(m, albedo=(m.albedo * (1 - share) + grey * share).astype(np.float32), gloss=0.0)
-        if m.part is Part.FRUIT
+        if m.part is MeshPart.FRUIT
         else m
         for m in scene.meshes
     )
@@ -150,5 +150,5 @@ def _fingers(rng: np.random.Generator) -> list[Mesh]:
         path = shapes.arc(start.astype(np.float32), end.astype(np.float32), rng.uniform(-8, 8), 20)
         left = np.linspace(110, 0, 20)
         shape = radius * np.sqrt(np.clip(1 - np.clip(1 - left / radius, 0, 1) ** 2, 0.02, 1))
-        fingers.append(shapes.tube(path, shape, spur.rgb(tone), Part.STEM, 20))
+        fingers.append(shapes.tube(path, shape, spur.rgb(tone), MeshPart.STEM, 20))
     return fingers

@@ -28,7 +28,7 @@ SHIPPED_NETWORKS = (
 OWN_NETWORKS = "Sizes come from networks that were added by the user."
 
 
-class Role(StrEnum):
+class NetworkRole(StrEnum):
     """What a network is for."""
 
     SEGMENTATION = "segmentation"
@@ -46,7 +46,7 @@ class Origin(StrEnum):
 class ModelFile:
     """One network's entry in a manifest."""
 
-    role: Role
+    role: NetworkRole
     path: Path
     sha256: str
     """Of the file's bytes, in lower-case hexadecimal."""
@@ -105,19 +105,19 @@ def models_folder(data: Path) -> Path:
 
 def find_models(data: Path | None = None, shipped: Path = SHIPPED_FOLDER) -> Models:
     """The networks to use: the user's own under `data`, else the shipped ones."""
-    entries: dict[Role, ModelFile] = {}
+    entries: dict[NetworkRole, ModelFile] = {}
     if data is not None and (models_folder(data) / MANIFEST_NAME).exists():
         entries = _entries(models_folder(data), Origin.USER)
-    if len(entries) < len(Role):
+    if len(entries) < len(NetworkRole):
         entries = _entries(shipped, Origin.SHIPPED) | entries
-    for role in Role:
+    for role in NetworkRole:
         if role not in entries:
             raise ModelMissing(
                 f"No {role} network is installed.", "Reinstall fieldcam, or use `models add`."
             )
     return Models(
-        _segmentation(entries[Role.SEGMENTATION]),
-        _stereo(entries[Role.STEREO]),
+        _segmentation(entries[NetworkRole.SEGMENTATION]),
+        _stereo(entries[NetworkRole.STEREO]),
     )
 
 
@@ -132,7 +132,7 @@ def verify_model(model: ModelFile) -> None:
 
 
 def add_model(
-    role: Role, source: Path, data: Path, shipped: Path = SHIPPED_FOLDER
+    role: NetworkRole, source: Path, data: Path, shipped: Path = SHIPPED_FOLDER
 ) -> SegmentationModel | StereoModel:
     """Copy a user's network into DATA/models, where it comes before the shipped one.
 
@@ -150,7 +150,7 @@ def add_model(
 
 
 def described(
-    role: Role, source: Path, data: Path, shipped: Path = SHIPPED_FOLDER
+    role: NetworkRole, source: Path, data: Path, shipped: Path = SHIPPED_FOLDER
 ) -> SegmentationModel | StereoModel:
     """What `add_model` would make of a file; nothing is written."""
     if not _read(source):
@@ -160,12 +160,12 @@ def described(
     facts = _sidecar(source) or _settings_of_replaced(role, data, shipped)
     facts |= {"file": target.name, "sha256": digest, "added_from": source.name}
     model = ModelFile(role, target, digest, Origin.USER, MappingProxyType(facts))
-    return _segmentation(model) if role is Role.SEGMENTATION else _stereo(model)
+    return _segmentation(model) if role is NetworkRole.SEGMENTATION else _stereo(model)
 
 
-def _settings_of_replaced(role: Role, data: Path, shipped: Path) -> dict[str, Any]:
+def _settings_of_replaced(role: NetworkRole, data: Path, shipped: Path) -> dict[str, Any]:
     replaced = find_models(data, shipped)
-    if role is Role.SEGMENTATION:
+    if role is NetworkRole.SEGMENTATION:
         return {"score_threshold": replaced.segmentation.score_threshold}
     stereo = replaced.stereo
     return {"search_px": stereo.search_px, "multiple": stereo.multiple, "scale": stereo.scale}
@@ -184,12 +184,16 @@ def _sidecar(source: Path) -> dict[str, Any] | None:
     return facts
 
 
-def _entries(folder: Path, origin: Origin) -> dict[Role, ModelFile]:
+def _entries(folder: Path, origin: Origin) -> dict[NetworkRole, ModelFile]:
     manifest = _manifest(folder)
-    return {role: _entry(folder, role, manifest[role], origin) for role in Role if role in manifest}
+    return {
+        role: _entry(folder, role, manifest[role], origin)
+        for role in NetworkRole
+        if role in manifest
+    }
 
 
-def _entry(folder: Path, role: Role, facts: object, origin: Origin) -> ModelFile:
+def _entry(folder: Path, role: NetworkRole, facts: object, origin: Origin) -> ModelFile:
     if not isinstance(facts, dict):
         raise ModelMissing(f"The manifest in {folder} has no proper entry for {role}.")
     name, digest = facts.get("file"), facts.get("sha256")

@@ -20,8 +20,8 @@ import numpy as np
 from planned_blocks import Measuring, day_date, measured_block, true_set_pct
 
 from fieldcam.growth.forecast import forecast
-from fieldcam.growth.records import Source
-from fieldcam.simulator.plan import Block, Variety
+from fieldcam.growth.records import SizeSource
+from fieldcam.simulator.plan import BlockPlan, Variety
 from fieldcam.values import Floats
 
 FIRST_SEED = 9_000_000
@@ -35,7 +35,7 @@ BETWEEN = (2,)
 class Case:
     """One kind of block and of measuring."""
 
-    source: Source
+    source: SizeSource
     clusters: int
     start: int
     end: int
@@ -76,7 +76,7 @@ class Coverage:
 
 def trial(case: Case, seed: int) -> Trial:
     variety = Variety.draw(np.random.default_rng([seed, 1]))
-    block = Block.plan(seed, case.clusters, variety)
+    block = BlockPlan.plan(seed, case.clusters, variety)
     measuring = Measuring(case.source, case.days, own_sds=case.own_sds)
     found = forecast(
         measured_block(block, measuring, seed), day_date(case.start), day_date(case.end)
@@ -127,9 +127,9 @@ def rows(blocks: int, processes: int) -> Iterator[str]:
 
 def _cases() -> Iterator[Case]:
     for own_sds in (True, False):
-        yield from (Case(Source.CAMERA, *shape, own_sds=own_sds) for shape in SHAPES)
-        yield Case(Source.CAMERA, *SHAPES[0], BETWEEN, own_sds)
-    yield from (Case(Source.CALIPERS, *shape) for shape in SHAPES)
+        yield from (Case(SizeSource.CAMERA, *shape, own_sds=own_sds) for shape in SHAPES)
+        yield Case(SizeSource.CAMERA, *SHAPES[0], BETWEEN, own_sds)
+    yield from (Case(SizeSource.CALIPERS, *shape) for shape in SHAPES)
 
 
 def _row(case: Case, found: Coverage) -> str:

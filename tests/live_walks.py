@@ -15,7 +15,7 @@ import numpy as np
 from made_readings import TAG, encoded, made_fruitlet, made_reading
 from stored_walks import MadeWalk, raw_pair, small_store
 
-from fieldcam.analysis.status import State, Status
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.camera.preview import Preview
 from fieldcam.codec.readings import EncodedReading
@@ -106,7 +106,7 @@ class ToldAnalysis:
     """Gives each picture the next outcome at once; keeps it waiting where there is none."""
 
     def __init__(self) -> None:
-        self.status = Status(State.READY)
+        self.status = AnalysisStatus(AnalysisState.READY)
         self.outcomes: list[ClusterReading | Exception] = []
         self.asked: list[tuple[SavedCapture, Expectation]] = []
         self.waiting: list[Future[EncodedReading]] = []
@@ -152,7 +152,7 @@ class ToldAnalysis:
         return future
 
     def restart(self) -> None:
-        self.status = Status(State.READY)
+        self.status = AnalysisStatus(AnalysisState.READY)
 
     def close(self) -> None:
         self.closed = True

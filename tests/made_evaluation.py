@@ -9,7 +9,7 @@ from made_clusters import FIRST_DAY, made_view, made_visit, ring
 
 from fieldcam.growth.evaluation.named import NamedCluster
 from fieldcam.growth.places import ClusterVisit, Place
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, SizeSource
 
 Sizes = Mapping[str, float | None]
 """By the fruit's name; None where it has fallen."""
@@ -36,7 +36,7 @@ def caliper_block(fruitlets: Sequence[FruitletRecord], days: Sequence[int] = (0,
     tags = frozenset(f.tag_id for f in fruitlets)
     visits = tuple(day(k) for k in days)
     every = dict.fromkeys(visits, tags)
-    return BlockRecord("North", Source.CALIPERS, visits, every, tuple(fruitlets))
+    return BlockRecord("North", SizeSource.CALIPERS, visits, every, tuple(fruitlets))
 
 
 def named_cluster(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from datetime import date, timedelta
 
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, SizeSource
 
 FIRST = date(2026, 5, 10)
 FALLEN, NOT_SEEN, SEEN = Presence.FALLEN, Presence.NOT_SEEN, Presence.SEEN
@@ -31,7 +31,7 @@ def _sighting(what: float | Presence) -> Sighting:
 
 
 def made_block(
-    fruitlets: Sequence[FruitletRecord], source: Source = Source.CALIPERS
+    fruitlets: Sequence[FruitletRecord], source: SizeSource = SizeSource.CALIPERS
 ) -> BlockRecord:
     """Visited wherever something is known."""
     days = sorted({day for each in fruitlets for day in each.sightings})

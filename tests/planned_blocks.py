@@ -9,8 +9,8 @@ from datetime import date, timedelta
 import numpy as np
 
 from fieldcam.growth.noise import NOISE
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
-from fieldcam.simulator.plan import Block, FruitletPlan
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, SizeSource
+from fieldcam.simulator.plan import BlockPlan, FruitletPlan
 from fieldcam.values import Floats
 
 FIRST_DAY = date(2026, 5, 10)
@@ -31,7 +31,7 @@ class PlannedFruitlet:
 class Measuring:
     """How a block is measured."""
 
-    source: Source
+    source: SizeSource
     days: tuple[int, ...]
     noisy: bool = True
     own_sds: bool = False
@@ -42,7 +42,7 @@ def day_date(day: int) -> date:
     return FIRST_DAY + timedelta(days=day)
 
 
-def hanging(block: Block, day: int) -> list[PlannedFruitlet]:
+def hanging(block: BlockPlan, day: int) -> list[PlannedFruitlet]:
     return [
         PlannedFruitlet(cluster.tag_id, fruitlet)
         for cluster in block.clusters
@@ -51,7 +51,7 @@ def hanging(block: Block, day: int) -> list[PlannedFruitlet]:
     ]
 
 
-def measured_block(block: Block, measuring: Measuring, seed: int) -> BlockRecord:
+def measured_block(block: BlockPlan, measuring: Measuring, seed: int) -> BlockRecord:
     """What a crew records of a planned block."""
     rng = np.random.default_rng([seed, 7])
     fruitlets = hanging(block, measuring.days[0])
@@ -82,7 +82,7 @@ def measured_block(block: Block, measuring: Measuring, seed: int) -> BlockRecord
     )
 
 
-def true_set_pct(block: Block, start: int, end: int) -> float:
+def true_set_pct(block: BlockPlan, start: int, end: int) -> float:
     """The model on the noise-free sizes of every fruitlet."""
     fruitlets = hanging(block, start)
     rates = np.array(
@@ -96,7 +96,9 @@ def true_set_pct(block: Block, start: int, end: int) -> float:
 def _seen(
     rng: np.random.Generator, fruitlets: Sequence[PlannedFruitlet], measuring: Measuring, day: int
 ) -> Floats:
-    hidden = NOT_SEEN_BY_CAMERA if measuring.source is Source.CAMERA and measuring.noisy else 0.0
+    hidden = (
+        NOT_SEEN_BY_CAMERA if measuring.source is SizeSource.CAMERA and measuring.noisy else 0.0
+    )
     return np.asarray(rng.random(len(fruitlets)) >= hidden)
 
 

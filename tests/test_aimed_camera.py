@@ -16,7 +16,7 @@ from fieldcam.camera import aimed
 from fieldcam.camera.aimed import OF_THE_CABLE, SHRUNK, AimedCamera, Mishap, Wanted, walked_up
 from fieldcam.camera.simulated import OrchardDay, OrchardProcess, SimulatedVisit
 from fieldcam.errors import CameraUnplugged, CaptureTimeout, ImageUnreadable
-from fieldcam.simulator import Block, Fault
+from fieldcam.simulator import BlockPlan, Spoiling
 from fieldcam.values import Calibration, RawPair
 
 PATIENCE_S = 10.0
@@ -151,7 +151,7 @@ def test_a_mishap_spoils_one_picture(
     spoiled = [wanted for wanted in pictures.asked if wanted.spoiled is not None]
     assert spoiled == [Wanted(8, 1, mishap)]
     assert Wanted(8, 2) in pictures.asked
-    Fault(mishap.value)  # the simulator knows it
+    Spoiling(mishap.value)  # the simulator knows it
 
 
 def test_the_preview_is_the_picture_that_comes_next(
@@ -217,7 +217,7 @@ def test_a_closed_camera_takes_no_pictures(camera: AimedCamera) -> None:
 
 def test_the_orchards_process_plans_the_same_block_and_can_be_ended() -> None:
     orchard = OrchardProcess(1, 2)
-    tags = tuple(cluster.tag_id for cluster in Block.plan(seed=1, clusters=2).clusters)
+    tags = tuple(cluster.tag_id for cluster in BlockPlan.plan(seed=1, clusters=2).clusters)
     assert orchard.row.tag_ids == OrchardDay(orchard, 2).tag_ids == tags
     orchard.close()
     with pytest.raises(CameraUnplugged):

@@ -22,7 +22,7 @@ from fieldcam.analysis.messages import (
 )
 from fieldcam.analysis.process import Wakeup
 from fieldcam.analysis.queue import PreviewJob, WorkQueue
-from fieldcam.analysis.status import State, Status
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus
 from fieldcam.analysis.work import VisionWork
 from fieldcam.disk.raw_images import encode_raw
 from fieldcam.errors import AnalysisFailed, AnalysisOff, ImageUnreadable
@@ -47,10 +47,10 @@ def test_a_preview_is_looked_at_before_the_pairs_that_wait(watch: Watch, gate: P
 
 def test_previews_leave_the_status_as_it_is(watch: Watch) -> None:
     watched = watch()
-    watched.wait_for(State.READY)
+    watched.wait_for(AnalysisState.READY)
     for number in range(5):
         assert watched.supervisor.look(Path("nothing.pnm"), number).result(LONG_S)
-    assert watched.heard == [Status(State.READY)]
+    assert watched.heard == [AnalysisStatus(AnalysisState.READY)]
 
 
 def test_a_preview_that_ends_the_process_costs_no_pair(watch: Watch) -> None:

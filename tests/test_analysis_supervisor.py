@@ -25,7 +25,7 @@ from watched_analysis import HASTY, HERE, LONG_S, Watch, pair, scripted
 
 from fieldcam.analysis.messages import Ping, Reply, Request, Setup, WarmUp
 from fieldcam.analysis.process import AnalysisProcess
-from fieldcam.analysis.status import Limits, State, Status
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus, Limits
 from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import (
@@ -66,12 +66,12 @@ def test_pairs_are_read_in_their_order_but_urgent_ones_first(watch: Watch, gate:
         futures.append(future)
     unwanted = watched.submit(pair("segfault"), Expectation())
     assert unwanted.cancel()
-    assert watched.supervisor.status == Status(State.STARTING, pending=4)
+    assert watched.supervisor.status == AnalysisStatus(AnalysisState.STARTING, pending=4)
     gate.write_bytes(b"go")
     for future in futures:
         future.result(LONG_S)
     assert done == ["c", "a", "b"]
-    assert watched.wait_for(State.READY) == Status(State.READY)
+    assert watched.wait_for(AnalysisState.READY) == AnalysisStatus(AnalysisState.READY)
 
 
 def test_the_limits_are_those_of_the_design() -> None:
@@ -110,10 +110,10 @@ def test_a_lost_process_costs_only_its_own_pair(watch: Watch) -> None:
 def test_a_pair_that_crashed_twice_is_only_tried_again_when_asked_for(watch: Watch) -> None:
     watched = watch()
     watched.error("segfault")
-    assert watched.wait_for(State.RESTARTING, 2).restarts == 2
+    assert watched.wait_for(AnalysisState.RESTARTING, 2).restarts == 2
     assert "not retried" in watched.error("segfault").message
     asked = watched.submit(pair("segfault"), Expectation(), again=True)
-    watched.wait_for(State.RESTARTING, 3)
+    watched.wait_for(AnalysisState.RESTARTING, 3)
     watched.supervisor.close()
     assert asked.exception(LONG_S) is not None
 
@@ -125,7 +125,7 @@ def test_a_pair_that_takes_too_long_is_ended(watch: Watch) -> None:
         started = perf_counter()
         assert type(watched.error(key)) is AnalysisTimeout
         assert perf_counter() - started >= HASTY.pair_s
-    assert watched.wait_for(State.RESTARTING, 2).restarts == 2
+    assert watched.wait_for(AnalysisState.RESTARTING, 2).restarts == 2
 
 
 def test_errors_of_ours_come_back_as_themselves_from_a_process_that_goes_on(watch: Watch) -> None:
@@ -161,21 +161,21 @@ def test_missing_networks_are_said_and_do_not_stop_the_process(watch: Watch) -> 
 def test_after_too_many_restarts_it_is_off_until_it_is_started_again(watch: Watch) -> None:
     watched = watch("Falling", Limits(restarts=1))
     waiting = watched.submit(pair("nothing"), Expectation())
-    status = watched.wait_for(State.STOPPED)
+    status = watched.wait_for(AnalysisState.STOPPED)
     assert (status.restarts, status.pending) == (1, 0)
     assert "ended 2 times within 60 s" in status.last_error
     assert type(waiting.exception(LONG_S)) is AnalysisOff
     assert type(watched.error("nothing")) is AnalysisOff
     watched.supervisor.restart()
-    assert watched.wait_for(State.STOPPED, 2).restarts == 2
+    assert watched.wait_for(AnalysisState.STOPPED, 2).restarts == 2
 
 
 def test_a_process_that_leaves_by_itself_is_not_started_again(watch: Watch) -> None:
     watched = watch("Leaving")
-    status = watched.wait_for(State.STOPPED)
+    status = watched.wait_for(AnalysisState.STOPPED)
     assert (status.restarts, status.last_error) == (0, "The analysis left by itself.")
     watched.supervisor.restart()
-    watched.wait_for(State.READY, 2)
+    watched.wait_for(AnalysisState.READY, 2)
 
 
 def test_an_idle_process_that_dies_is_replaced_before_the_next_pair(
@@ -185,18 +185,18 @@ def test_an_idle_process_that_dies_is_replaced_before_the_next_pair(
     future = watched.submit(pair("nothing", gate), Expectation())
     pid = int(gate.read_text())
     future.result(LONG_S)
-    watched.wait_for(State.READY)
+    watched.wait_for(AnalysisState.READY)
     os.kill(pid, signal.SIGINT)  # control-C in the terminal goes to all of its programs
     assert watched.reads()
     os.kill(pid, signal.SIGKILL)
-    watched.wait_for(State.RESTARTING)
+    watched.wait_for(AnalysisState.RESTARTING)
     assert watched.settled().pending == 0
     assert watched.reads()
 
 
 def test_an_idle_process_that_answers_no_more_is_replaced(watch: Watch) -> None:
     watched = watch("Deaf", Limits(pair_s=0.3, ping_every_s=0.3))
-    assert "longer than 0.3 s" in watched.wait_for(State.RESTARTING).last_error
+    assert "longer than 0.3 s" in watched.wait_for(AnalysisState.RESTARTING).last_error
 
 
 def test_an_idle_process_is_asked_whether_it_lives_and_nobody_is_told(
@@ -213,7 +213,7 @@ def test_an_idle_process_is_asked_whether_it_lives_and_nobody_is_told(
     watched = watch(limits=Limits(ping_every_s=0.02))
     kinds = [type(asked.get(timeout=LONG_S)) for _ in range(4)]
     assert kinds == [WarmUp, Ping, Ping, Ping]
-    assert watched.heard == [Status(State.READY)]
+    assert watched.heard == [AnalysisStatus(AnalysisState.READY)]
 
 
 @pytest.mark.parametrize("key", ["hang", "hang_with_interpreter"])
@@ -230,7 +230,7 @@ def test_closing_takes_no_more_than_a_second(watch: Watch, gate: Path, key: str)
     for future in (busy, waiting, watched.submit(pair("nothing"), Expectation())):
         assert type(future.exception(LONG_S)) is AnalysisOff
     watched.supervisor.restart()
-    assert watched.supervisor.status.state is State.STOPPED
+    assert watched.supervisor.status.state is AnalysisState.STOPPED
 
 
 def test_closing_leaves_nothing_open(watch: Watch) -> None:
@@ -254,7 +254,7 @@ def test_it_may_be_closed_from_its_own_thread(watch: Watch) -> None:
 
     watched.submit(pair("nothing"), Expectation()).add_done_callback(close)
     assert closed.wait(LONG_S)
-    watched.wait_for(State.STOPPED)
+    watched.wait_for(AnalysisState.STOPPED)
 
 
 def test_a_log_that_cannot_be_written_stops_nothing(
@@ -271,7 +271,7 @@ def test_an_interpreter_that_cannot_be_started_is_said(
 ) -> None:
     monkeypatch.setattr(watched_analysis, "PYTHON", ("/nowhere/python", "-P"))
     watched = watch()
-    status = watched.wait_for(State.STOPPED)
+    status = watched.wait_for(AnalysisState.STOPPED)
     assert status.restarts == 5
     assert "cannot be started: No such file" in watched.heard[0].last_error
 
@@ -381,7 +381,7 @@ def test_every_pair_is_answered_over_two_hundred_kills(watch: Watch, gate: Path)
         error = future.exception(LONG_S)
         assert error is None or type(error) is AnalysisFailed
     os.close(reader)
-    assert watched.supervisor.status.state is not State.STOPPED
+    assert watched.supervisor.status.state is not AnalysisState.STOPPED
 
 
 @pytest.mark.slow

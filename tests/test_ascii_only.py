@@ -11,7 +11,7 @@ from rich.cells import cell_len
 from terminals import Terminal
 from test_ended_by_signals import walk_in
 
-from fieldcam.tui.looks import Look, Pictures, chosen_look
+from fieldcam.tui.looks import Look, PictureStyle, chosen_look
 from fieldcam.tui.text.ascii_only import has_utf8, in_ascii
 
 UMLAUT_IN_LATIN_1 = "\udcfc"
@@ -36,8 +36,8 @@ UMLAUT_IN_LATIN_1 = "\udcfc"
 )
 def test_what_the_locale_says(environ: dict[str, str], expected: bool) -> None:
     assert has_utf8(environ) is expected
-    look = chosen_look({"TERM": "xterm", **environ}, lambda: Pictures.BLOCKS)
-    assert look == Look(Pictures.BLOCKS if expected else Pictures.CELLS)
+    look = chosen_look({"TERM": "xterm", **environ}, lambda: PictureStyle.BLOCKS)
+    assert look == Look(PictureStyle.BLOCKS if expected else PictureStyle.CELLS)
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from fieldcam.growth.association.paper import match_by_paper
 from fieldcam.growth.association.points import points_of
 from fieldcam.growth.association.poses import turn_vectors
 from fieldcam.growth.association.size_order import match_by_size_order
-from fieldcam.growth.places import Association, ClusterVisit, Place, Track, Word
+from fieldcam.growth.places import Association, ClusterVisit, MatchWord, Place, Track
 from fieldcam.growth.records import Presence
 from fieldcam.growth.size_rule import SizeRule
 from fieldcam.growth.tracking import track
@@ -235,7 +235,7 @@ class TestOperatorsWord:
             made_visit(0, made_view("a", [Sphere(0, np.zeros(3), 6.0)])),
             made_visit(2, made_view("b", [Sphere(0, np.zeros(3), 16.0)])),
         ]
-        word = Word(Place("b", 0), Place("a", 0))
+        word = MatchWord(Place("b", 0), Place("a", 0))
         tracks = track(visits, words=[word])
         assert followed(tracks) == [(0, 0)]
         assert tracks[0].visits[visits[1].day].by_hand
@@ -245,7 +245,7 @@ class TestOperatorsWord:
             made_visit(0, made_view("a", ring())),
             made_visit(2, made_view("b", later(ring()))),
         ]
-        words = [Word(Place("b", 0), Place("a", 1)), Word(Place("b", 1), Place("a", 0))]
+        words = [MatchWord(Place("b", 0), Place("a", 1)), MatchWord(Place("b", 1), Place("a", 0))]
         assert {(0, 1), (1, 0), (2, 2)} <= set(followed(track(visits, words=words)))
 
     def test_parts_what_geometry_joins(self) -> None:
@@ -253,7 +253,7 @@ class TestOperatorsWord:
             made_visit(0, made_view("a", ring())),
             made_visit(2, made_view("b", later(ring()))),
         ]
-        found = followed(track(visits, words=[Word(Place("b", 3), None, "a")]))
+        found = followed(track(visits, words=[MatchWord(Place("b", 3), None, "a")]))
         assert found.count((3,)) == 2
 
     def test_about_a_picture_that_is_gone_changes_nothing(self) -> None:
@@ -261,7 +261,7 @@ class TestOperatorsWord:
             made_visit(0, made_view("a", ring())),
             made_visit(2, made_view("b", later(ring()))),
         ]
-        gone = [Word(Place("x", 3), None, "a"), Word(Place("b", 3), Place("y", 1))]
+        gone = [MatchWord(Place("x", 3), None, "a"), MatchWord(Place("b", 3), Place("y", 1))]
         assert followed(track(visits, words=gone)) == followed(track(visits))
 
 

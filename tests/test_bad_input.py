@@ -21,7 +21,7 @@ from fieldcam.vision.pipeline import Pipeline
 
 pytest.importorskip("embreex", reason="the simulator extra is not installed")
 
-from fieldcam.simulator import Block, SimulatedCapture, capture
+from fieldcam.simulator import BlockPlan, SimulatedCapture, capture
 
 SMALL = Calibration(640, 480, 760.0, 320.0, 240.0, 60.0)
 CAMERA_INFO = """\
@@ -58,7 +58,7 @@ def shipped() -> Pipeline:
 @pytest.fixture(scope="module")
 def scene() -> SimulatedCapture:
     """A good pair; tests change copies of it."""
-    return capture(Block.plan(6_000_105, 1), 0, 0.0)
+    return capture(BlockPlan.plan(6_000_105, 1), 0, 0.0)
 
 
 @pytest.fixture

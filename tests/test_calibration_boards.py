@@ -17,7 +17,7 @@ from rendered_boards import (
 )
 
 from fieldcam.calibration.boards import LOOKS, Board, Corners, Kind, find_corners, match_eyes
-from fieldcam.calibration.calibrating import BoardPair, Unseen, calibrate, look, see
+from fieldcam.calibration.calibrating import BoardPair, UnseenBoard, calibrate, look, see
 from fieldcam.errors import BadInput, CalibrationInvalid
 from fieldcam.report.board_sheets import board_sheet
 from fieldcam.report.pdf import pdf_document
@@ -56,7 +56,7 @@ def pictures(head: Head) -> Pictures:
 @pytest.mark.parametrize("board", [CHECKERBOARD, CHARUCO], ids=lambda board: str(board.kind))
 def test_corners_lie_where_they_are(head: Head, pictures: Pictures, board: Board) -> None:
     view = see(board, BoardPair("1", *pictures[board]))
-    assert not isinstance(view, Unseen) and len(view.board_mm) == 40
+    assert not isinstance(view, UnseenBoard) and len(view.board_mm) == 40
     pose, right = held(), head.right_pose(held())
     # Nothing says from which side OpenCV counts the corners of a checkerboard.
     counted = (view.board_mm, view.board_mm[::-1])
@@ -76,14 +76,14 @@ def test_corners_lie_where_they_are(head: Head, pictures: Pictures, board: Board
 def test_a_part_of_a_charuco_board_is_enough(head: Head) -> None:
     left, right = photograph(head, PRINTED[CHARUCO], held(x_mm=-190.0), np.random.default_rng(1))
     view = see(CHARUCO, BoardPair("1", left, right))
-    assert not isinstance(view, Unseen) and 9 <= len(view.board_mm) < 40
+    assert not isinstance(view, UnseenBoard) and 9 <= len(view.board_mm) < 40
 
 
 def test_a_charuco_board_as_it_was_drawn_before_opencv_4_6(head: Head, pictures: Pictures) -> None:
     older = printed_charuco(9, 6, 20.0, older=True)
     view = see(CHARUCO, BoardPair("1", *photograph(head, older, held(), np.random.default_rng(1))))
     now = see(CHARUCO, BoardPair("1", *pictures[CHARUCO]))
-    assert not isinstance(view, Unseen) and not isinstance(now, Unseen)
+    assert not isinstance(view, UnseenBoard) and not isinstance(now, UnseenBoard)
     assert np.abs(view.left_px - now.left_px).max() < 0.3
 
 
@@ -135,7 +135,7 @@ def test_what_an_eye_does_not_see_is_said(
     for eye in blind:
         eyes[eye] = np.full_like(eyes[eye], 90)
     found = see(CHARUCO, BoardPair("1", *eyes))
-    assert (found.why if isinstance(found, Unseen) else "") == why
+    assert (found.why if isinstance(found, UnseenBoard) else "") == why
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rendered_boards import Head, Lens, Pose
 
-from fieldcam.calibration.boards import Board, Kind, View
-from fieldcam.calibration.coverage import COLUMN_WORDS, ROW_WORDS, Seen, coverage
+from fieldcam.calibration.boards import Board, BoardView, Kind
+from fieldcam.calibration.coverage import COLUMN_WORDS, ROW_WORDS, SeenBoard, coverage
 from fieldcam.calibration.guide import Guide
 from fieldcam.calibration.poses import Tilt, usual_pose
 
@@ -27,7 +27,7 @@ AXES = {
 """About which axes (x, y) the board is turned for it, by the right hand."""
 
 
-def held(tilt: Tilt, range_mm: float, left_x_px: float, y_px: float) -> View:
+def held(tilt: Tilt, range_mm: float, left_x_px: float, y_px: float) -> BoardView:
     """The board with its middle at this place of the left picture."""
     turn = np.radians(TILTED_DEG) * np.array([*AXES[tilt], 0.0])
     angle = float(np.linalg.norm(turn))
@@ -37,7 +37,7 @@ def held(tilt: Tilt, range_mm: float, left_x_px: float, y_px: float) -> View:
     away = np.array([(left_x_px - LENS.cx) / LENS.fx, (y_px - LENS.cy) / LENS.fy, 1.0]) * range_mm
     pose = Pose(rotation, away - rotation @ MIDDLE_MM)
     right = HEAD.right_pose(pose)
-    return View(
+    return BoardView(
         "1",
         BOARD.corners_mm,
         LENS.seen(BOARD.corners_mm @ pose.rotation.T + pose.place_mm).astype(np.float32),
@@ -67,7 +67,7 @@ def test_one_view_covers_where_it_is() -> None:
     view = held(Tilt.LEFT, 420.0, 900.0, 540.0)
     pose = usual_pose(view.board_mm, view.left_px, SIZE)
     assert pose is not None
-    found = coverage([Seen(view.left_px, view.right_px, pose)], SIZE)
+    found = coverage([SeenBoard(view.left_px, view.right_px, pose)], SIZE)
     assert found.left.sum() == found.right.sum() == 40
     assert found.left[:, 0].sum() == 0, "the board is right of the middle"
     missing = {cell[1:] for cell in found.missing_cells if cell.eye == "left"}

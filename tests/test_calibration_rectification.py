@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from fieldcam.calibration.documents import Document
+from fieldcam.calibration.documents import CalibrationDocument
 from fieldcam.calibration.rectification import Rectifier, demosaic, develop
-from fieldcam.calibration.rig import Eye, StereoRig, assemble_rig
+from fieldcam.calibration.rig import EyeLens, StereoRig, assemble_rig
 from fieldcam.errors import PairMismatch
 from fieldcam.values import ImageU8, PixelFormat, RawPair, StereoPair
 
@@ -31,11 +31,11 @@ def make_rig(path: Path, flags: int = cv2.CALIB_ZERO_DISPARITY) -> StereoRig:
         MATRIX, DISTORTION, MATRIX, DISTORTION, SIZE, ROTATION, TRANSLATION, flags=flags, alpha=0
     )
     eyes = [
-        Eye(MATRIX, DISTORTION, np.asarray(rotation, np.float64), np.eye(3))
+        EyeLens(MATRIX, DISTORTION, np.asarray(rotation, np.float64), np.eye(3))
         for rotation in (r1, r2)
     ]
     projections = np.asarray(p1, np.float64), np.asarray(p2, np.float64)
-    return assemble_rig(Document(path, {}), eyes[0], eyes[1], projections, SIZE)
+    return assemble_rig(CalibrationDocument(path, {}), eyes[0], eyes[1], projections, SIZE)
 
 
 POINTS_MM = np.array([(0, 0, 400), (60, 40, 450), (-70, 30, 520), (20, -60, 600)], dtype=np.float64)

@@ -17,7 +17,7 @@ from rendered_boards import (
     random_poses,
 )
 
-from fieldcam.calibration.boards import Board, Kind, Pixels, View
+from fieldcam.calibration.boards import Board, BoardView, Kind, Pixels
 from fieldcam.calibration.calibrating import Calibrated, Looked, calibrate
 from fieldcam.errors import CalibrationInvalid
 
@@ -28,10 +28,10 @@ STEP_MM = np.array([3.0, 0.0, 8.0])
 
 def view(
     rng: np.random.Generator, head: Head, pose: Pose, name: str, right: Pose | None = None
-) -> View:
+) -> BoardView:
     """The board's corners as both eyes would find them."""
     other = head.right_pose(right or pose)
-    return View(
+    return BoardView(
         name,
         BOARD.corners_mm,
         _found(rng, head.left.seen(BOARD.corners_mm @ pose.rotation.T + pose.place_mm)),
@@ -43,12 +43,12 @@ def _found(rng: np.random.Generator, places: Array) -> Pixels:
     return (places + rng.normal(0, NOISE_PX, places.shape)).astype(np.float32)
 
 
-def views(rng: np.random.Generator, head: Head, count: int = 16) -> Iterator[View]:
+def views(rng: np.random.Generator, head: Head, count: int = 16) -> Iterator[BoardView]:
     poses = random_poses(rng, head, printed_checkerboard(9, 6, 20.0), count)
     yield from (view(rng, head, pose, str(i)) for i, pose in enumerate(poses, 1))
 
 
-def solved(found: Iterator[View] | list[View]) -> Calibrated:
+def solved(found: Iterator[BoardView] | list[BoardView]) -> Calibrated:
     return calibrate(BOARD, Looked(tuple(found), (), (1440, 1080)))
 
 
@@ -100,7 +100,7 @@ def test_what_the_others_contradict_does_not_count() -> None:
     assert "blurred" in dropped["smeared"]
 
 
-def refused(found: list[View]) -> str:
+def refused(found: list[BoardView]) -> str:
     with pytest.raises(CalibrationInvalid) as refusal:
         solved(found)
     assert refusal.value.hint
@@ -159,7 +159,9 @@ def test_views_that_only_contradict_each_other_are_refused() -> None:
     assert "contradict each other" in refused(spoiled)
 
 
-def fisheye_views(rng: np.random.Generator, focal_px: float, count: int = 14) -> Iterator[View]:
+def fisheye_views(
+    rng: np.random.Generator, focal_px: float, count: int = 14
+) -> Iterator[BoardView]:
     """The board close before two lenses that bend as fisheyes do, 60 mm apart."""
     camera = np.array([(focal_px, 0, 719.5), (0, focal_px, 539.5), (0, 0, 1.0)])
     still, bend = np.zeros(3), np.array([0.02, -0.01, 0.0, 0.0])
@@ -175,7 +177,7 @@ def fisheye_views(rng: np.random.Generator, focal_px: float, count: int = 14) ->
             for own in (points, of_right)
         )
         left, right = (_found(rng, np.asarray(eye, np.float64)[0]) for eye in eyes)
-        yield View(str(name), BOARD.corners_mm, left, right)
+        yield BoardView(str(name), BOARD.corners_mm, left, right)
 
 
 @pytest.mark.parametrize("focal_px", [450.0, 600.0])

@@ -17,7 +17,7 @@ from rendered_boards import Head, random_head
 
 from fieldcam.calibration.readers import load_camera, load_rectified, load_stereo_rig
 from fieldcam.calibration.rectifying import rectified_rig
-from fieldcam.calibration.rig import Eye, StereoRig
+from fieldcam.calibration.rig import EyeLens, StereoRig
 from fieldcam.calibration.solving import Lens, RawStereo
 from fieldcam.calibration.sources import WHOLE, open_documents
 from fieldcam.calibration.written import calibration_files
@@ -48,7 +48,7 @@ def write(folder: Path, seed: int) -> StereoRig:
     return rig
 
 
-def assert_same_eye(found: Eye, expected: Eye) -> None:
+def assert_same_eye(found: EyeLens, expected: EyeLens) -> None:
     assert np.allclose(found.camera_matrix, expected.camera_matrix, rtol=1e-12)
     assert np.allclose(found.distortion, expected.distortion, rtol=1e-12)
     assert np.allclose(found.rotation, expected.rotation, atol=1e-12)

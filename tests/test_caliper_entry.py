@@ -17,7 +17,7 @@ from fieldcam.session.events import Done
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.rows.fruit import CaliperIdentity, CaliperSize
-from fieldcam.tui.looks import Look, Pictures
+from fieldcam.tui.looks import Look, PictureStyle
 from fieldcam.tui.text.fruit_words import agreement_line
 from fieldcam.tui.widgets.picture_view import PictureView
 from fieldcam.tui.widgets.sizes_view import SizesView
@@ -136,10 +136,10 @@ def test_agreement_in_words(found: Agreement | None, words: str) -> None:
 
 
 @SIZES
-@pytest.mark.parametrize("pictures", [Pictures.BLOCKS, Pictures.CELLS])
+@pytest.mark.parametrize("pictures", [PictureStyle.BLOCKS, PictureStyle.CELLS])
 @pytest.mark.parametrize("screen", ["Walk", "Cluster"])
 def test_a_click_on_a_fruitlet_picks_it(
-    at_tag: AtTag, size: tuple[int, int], pictures: Pictures, screen: str
+    at_tag: AtTag, size: tuple[int, int], pictures: PictureStyle, screen: str
 ) -> None:
     async def script(driven: Driven) -> None:
         await driven.tell(at_tag.state)

@@ -19,9 +19,9 @@ from fieldcam.errors import BadInput
 from fieldcam.exchange.calipers.reading import CaliperTable, read_calipers
 from fieldcam.exchange.calipers.wide import wide_table
 from fieldcam.growth.forecast import forecast
-from fieldcam.growth.records import BlockRecord, Presence, Sighting, Source
+from fieldcam.growth.records import BlockRecord, Presence, Sighting, SizeSource
 from fieldcam.growth.visits import chosen_interval, visits_of
-from fieldcam.simulator.plan import Block
+from fieldcam.simulator.plan import BlockPlan
 
 FIRST, SECOND = date(2026, 5, 10), date(2026, 5, 14)
 EXPECTED = {(17, "1"): (8.5, 11.0), (17, "2"): (7.0, None), (18, "1"): (9.1, 12.0)}
@@ -116,7 +116,7 @@ def test_what_spreadsheets_write_is_read(tmp_path: Path, text: str | bytes) -> N
     assert sizes(record) == EXPECTED
     assert (record.name, record.source, record.visits) == (
         "gala",
-        Source.CALIPERS,
+        SizeSource.CALIPERS,
         (FIRST, SECOND),
     )
     fallen = next(each for each in record.fruitlets if each.fruitlet == "2")
@@ -527,10 +527,10 @@ def test_a_wide_table_comes_back_as_it_was(
 
 @pytest.mark.parametrize("seed", range(3))
 def test_what_a_camera_did_not_see_comes_back(tmp_path: Path, seed: int) -> None:
-    record = measured_block(Block.plan(seed, 20), Measuring(Source.CAMERA, (0, 3, 7)), seed)
+    record = measured_block(BlockPlan.plan(seed, 20), Measuring(SizeSource.CAMERA, (0, 3, 7)), seed)
     found = read(tmp_path, wide_table(record))
     again = found.record
-    assert again.source is Source.CAMERA
+    assert again.source is SizeSource.CAMERA
     assert found.notes[0].startswith("gala.csv holds sizes by camera")
     for one, other in zip(again.fruitlets, record.fruitlets, strict=True):
         assert [s.presence for s in one.sightings.values()] == [
@@ -544,7 +544,7 @@ def test_sizes_by_camera_and_by_calipers_do_not_mix(tmp_path: Path) -> None:
     mixed = "cluster,fruit,2026-05-10,measured_by\n17,1,8.5,camera\n17,2,7.0,\n"
     with pytest.raises(BadInput, match="mixes sizes by camera and by calipers"):
         read(tmp_path, mixed)
-    assert read(tmp_path, mixed.replace(",camera", ",Ana")).record.source is Source.CALIPERS
+    assert read(tmp_path, mixed.replace(",camera", ",Ana")).record.source is SizeSource.CALIPERS
 
 
 @given(content=st.binary(max_size=200))
@@ -603,7 +603,7 @@ def test_more_fruit_than_any_block_has_is_refused(tmp_path: Path) -> None:
 
 
 def test_doubts_about_a_camera_s_matches_leave_and_come_back(tmp_path: Path) -> None:
-    record = measured_block(Block.plan(3, 8), Measuring(Source.CAMERA, (0, 4)), 3)
+    record = measured_block(BlockPlan.plan(3, 8), Measuring(SizeSource.CAMERA, (0, 4)), 3)
     first, *others = record.fruitlets
     day = record.visits[-1]
     sightings = {record.visits[0]: Sighting(Presence.SIZED, 8.0)}

@@ -18,8 +18,7 @@ from made_readings import CAMERA, TAG, disc_mask, made_fruitlet, made_reading
 from recorded_pairs import AtOnce, Encoding
 
 from fieldcam.analysis.messages import Setup
-from fieldcam.analysis.status import Limits, State
-from fieldcam.analysis.status import Status as AnalysisStatus
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus, Limits
 from fieldcam.analysis.work import DirectAnalyst
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit
 from fieldcam.cli import main
@@ -31,7 +30,7 @@ from fieldcam.errors import (
     ExitCode,
     StorageFull,
 )
-from fieldcam.simulator import Block, Faults
+from fieldcam.simulator import BlockPlan, Faults
 from fieldcam.store.connection import connect_read_only, rows
 from fieldcam.store.objects import Objects
 from fieldcam.store.space import Space
@@ -50,7 +49,7 @@ from fieldcam.vision.pipeline import Pipeline
 
 
 def fake_capture(
-    block: Block, cluster_index: int, day: int, view: int = 0, faults: Faults | None = None
+    block: BlockPlan, cluster_index: int, day: int, view: int = 0, faults: Faults | None = None
 ) -> SimpleNamespace:
     """A grey pair with two target fruitlets, which grow by 0.5 mm a day."""
     image = np.full((4, 6, 3), 10 * cluster_index + day, np.uint8)
@@ -108,8 +107,8 @@ class AnalysisAtOnce(AtOnce):
     @property
     def status(self) -> AnalysisStatus:
         if self.pipeline.off:
-            return AnalysisStatus(State.STOPPED, last_error="The analysis is off.")
-        return AnalysisStatus(State.READY)
+            return AnalysisStatus(AnalysisState.STOPPED, last_error="The analysis is off.")
+        return AnalysisStatus(AnalysisState.READY)
 
     def look(
         self, image: Path, shrunk: int, calibration: Path | None
@@ -137,7 +136,7 @@ def pipeline(
     fake = FakePipeline([])
 
     def start(
-        setup: Setup, data: Path, changed: Callable[[State], None], limits: Limits
+        setup: Setup, data: Path, changed: Callable[[AnalysisState], None], limits: Limits
     ) -> AnalysisAtOnce:
         direct = DirectAnalyst(cast(Pipeline, fake), setup.camera, Settings())
         return AnalysisAtOnce(Encoding(direct), fake)
@@ -155,7 +154,7 @@ def test_the_document_holds_each_stop_beside_its_truth(
 ) -> None:
     assert main([*WALK, "--json", "--data", str(tmp_path)]) == ExitCode.OK
     document: dict[str, Any] = json.loads(capsys.readouterr().out)
-    tags = [cluster.tag_id for cluster in Block.plan(seed=1, clusters=2).clusters]
+    tags = [cluster.tag_id for cluster in BlockPlan.plan(seed=1, clusters=2).clusters]
     stops = [(capture["tag"], capture["day"]) for capture in document["captures"]]
     assert stops == [(tag, day) for day in (0, 2) for tag in tags]
     first, second = document["captures"][2]["fruitlets"]
@@ -170,7 +169,7 @@ def test_the_second_visit_expects_what_the_first_one_counted(
     tmp_path: Path, pipeline: FakePipeline
 ) -> None:
     main([*WALK, "--data", str(tmp_path)])
-    tags = [cluster.tag_id for cluster in Block.plan(seed=1, clusters=2).clusters]
+    tags = [cluster.tag_id for cluster in BlockPlan.plan(seed=1, clusters=2).clusters]
     expected = [Expectation(tag) for tag in tags] + [Expectation(tag, 1) for tag in tags]
     assert pipeline.asked == expected
 
@@ -297,7 +296,7 @@ def test_a_folder_of_real_captures_takes_no_demo(
 
 
 def test_the_simulated_camera_is_unplugged_after_its_walk(pipeline: FakePipeline) -> None:
-    block = Block.plan(seed=1, clusters=1)
+    block = BlockPlan.plan(seed=1, clusters=1)
     with SimulatedCamera(block, [SimulatedVisit(0, 2)]) as camera:
         with pytest.raises(CameraUnplugged):
             _ = camera.last

@@ -16,12 +16,12 @@ from made_evaluation import caliper_block, caliper_fruit, day, named_cluster
 from fieldcam.errors import ExtraMissing
 from fieldcam.exchange.evaluation_report import CSV_COLUMNS, evaluation_csv, evaluation_report
 from fieldcam.growth.evaluation.evaluating import Evaluation, score_readings, seconds_of
-from fieldcam.growth.records import BlockRecord, Source
+from fieldcam.growth.records import BlockRecord, SizeSource
 from fieldcam.report.evaluation_page import evaluation_page
 
 
 def persist_pct(block: BlockRecord) -> float:
-    return 40.0 if block.source is Source.CALIPERS else 42.5
+    return 40.0 if block.source is SizeSource.CALIPERS else 42.5
 
 
 def evaluated(name: str = "North", simulated: bool = False) -> Evaluation:

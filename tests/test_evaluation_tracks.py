@@ -17,7 +17,7 @@ from fieldcam.growth.evaluation.following import (
     score_fates,
 )
 from fieldcam.growth.evaluation.named import NamedCluster
-from fieldcam.growth.places import Association, Place, Track, TrackedVisit, Word
+from fieldcam.growth.places import Association, MatchWord, Place, Track, TrackedVisit
 from fieldcam.growth.records import BlockRecord, Presence, Sighting
 from fieldcam.growth.tracking import track
 
@@ -166,7 +166,7 @@ def test_fruitlets_without_names_are_counted() -> None:
 
 
 def test_the_operators_words_count() -> None:
-    words = (Word(Place("17/0/0", 0), Place("17/4/0", 1)),)
+    words = (MatchWord(Place("17/0/0", 0), Place("17/4/0", 1)),)
     turned = NamedCluster(17, GROWN.visits, GROWN.names, words)
     said = score_readings("raft", [turned], caliper_block([]), lambda _: None)
     assert said.following[0].association.right < 4

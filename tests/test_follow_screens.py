@@ -17,7 +17,7 @@ from textual.pilot import Pilot
 
 from fieldcam.session.aim.cue import Cue
 from fieldcam.session.events import Previewed
-from fieldcam.session.following import NotAiming, Sight, Unseen
+from fieldcam.session.following import NotAiming, NothingToFollow, Sight
 from fieldcam.store.rows.judgements import Action
 from fieldcam.tui.follow_app import FollowApp
 from fieldcam.tui.screens.follow_screens import FollowScreen
@@ -86,7 +86,7 @@ def test_the_phones_layout(tmp_path: Path) -> None:
         "accept": verdict(tmp_path, Status.ACCEPT),
         "confirm": verdict(tmp_path, Status.CONFIRM, ReasonCode.FEWER_THAN_BEFORE, 3),
         "retake": verdict(tmp_path, Status.RETAKE, ReasonCode.BLURRED),
-        "unseen": Unseen("There is no data folder at /data. Name another with --data."),
+        "unseen": NothingToFollow("There is no data folder at /data. Name another with --data."),
     }
     for name, text in zip(sights, seen(PHONE, *sights.values()), strict=True):
         check_golden(f"phone-{name}-{PHONE[0]}x{PHONE[1]}", text)
@@ -113,7 +113,7 @@ def test_aiming_and_its_end_turn_the_page() -> None:
         assert "hold still" not in await watching.text()
         assert "Space takes the picture." in await watching.text()
         assert "no preview yet" in await watching.see(preview(good_cue(11)))
-        assert "The disk is gone." in await watching.see(Unseen("The disk is gone."))
+        assert "The disk is gone." in await watching.see(NothingToFollow("The disk is gone."))
         assert "no preview yet" in await watching.see(replace(AIM, tag_id=21))
         text = await watching.see(NotAiming())
         assert "Walk   North" in text and "Tag 21: aim, press Space." in text
@@ -149,7 +149,7 @@ def test_what_is_said_without_a_verdict(size: tuple[int, int], tmp_path: Path) -
 
 def test_old_numbers_go_when_there_is_nothing_to_see(tmp_path: Path) -> None:
     before, gone, after = seen(
-        PHONE, verdict(tmp_path, Status.ACCEPT), Unseen("The disk is gone."), AIM
+        PHONE, verdict(tmp_path, Status.ACCEPT), NothingToFollow("The disk is gone."), AIM
     )
     assert "9.00 mm" in before and "good" in before
     assert "The disk is gone." in gone

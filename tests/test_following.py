@@ -18,7 +18,7 @@ from fieldcam.errors import StorageError
 from fieldcam.session.aim.cue import Cue
 from fieldcam.session.aim.preview_file import PreviewFile, preview_folder
 from fieldcam.session.events import Previewed
-from fieldcam.session.following import Follower, NotAiming, Sight, Unseen
+from fieldcam.session.following import Follower, NotAiming, NothingToFollow, Sight
 from fieldcam.session.state import WalkState
 from fieldcam.store.connection import APPLICATION_ID
 from fieldcam.store.read_only import open_read_only
@@ -51,7 +51,7 @@ class Watched:
         return found
 
     def unseen(self, part: str) -> None:
-        self.until(lambda sight: isinstance(sight, Unseen) and part in sight.sentence)
+        self.until(lambda sight: isinstance(sight, NothingToFollow) and part in sight.sentence)
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from stored_walks import MadeWalk, small_store
 
-from fieldcam.growth.places import Place, Word
+from fieldcam.growth.places import MatchWord, Place
 from fieldcam.session.commands import (
     AddByHand,
     CrownKing,
@@ -43,7 +43,7 @@ class Cluster:
     def match(self, tag_id: int, fruitlet: int) -> None:
         at = 2 * (tag_id - 11)
         one, other = (self._reading(capture) for capture in self.pictures[at : at + 2])
-        self.do(MatchFruit(Word(Place(one, fruitlet), Place(other, fruitlet))))
+        self.do(MatchFruit(MatchWord(Place(one, fruitlet), Place(other, fruitlet))))
 
     def standing(self) -> list[str]:
         kinds = "'decision', 'association_word', 'caliper_size', 'caliper_identity'"

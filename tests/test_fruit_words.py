@@ -10,7 +10,7 @@ import pytest
 from live_walks import Walked, read, walked
 from stored_walks import FIRST_DAY
 
-from fieldcam.growth.places import Place, Word
+from fieldcam.growth.places import MatchWord, Place
 from fieldcam.session.commands import MatchFruit, NameFruit, SecondView, UndoLast, Writing
 from fieldcam.session.events import Done, Doubted, Refused, VerdictReady
 from fieldcam.session.state import Shown
@@ -133,10 +133,10 @@ def test_what_makes_no_sense_is_refused(walk: Walked) -> None:
         ("at most 20 letters", name(0, "x" * 21, 9.0)),
         ("at most 20 letters", name(0, "\x1b", 9.0)),
         ("no reading", NameFruit("no picture", 0, "fl1", 9.0)),
-        ("look again", MatchFruit(Word(here, gone))),
-        ("look again", MatchFruit(Word(gone, None, reading))),
-        ("no reading", MatchFruit(Word(here, None, "no reading"))),
-        ("two pictures", MatchFruit(Word(here, Place(reading, 1)))),
+        ("look again", MatchFruit(MatchWord(here, gone))),
+        ("look again", MatchFruit(MatchWord(gone, None, reading))),
+        ("no reading", MatchFruit(MatchWord(here, None, "no reading"))),
+        ("two pictures", MatchFruit(MatchWord(here, Place(reading, 1)))),
     ]
     for words, command in commands:
         refused, _ = walk.after(command, Refused)
@@ -146,7 +146,7 @@ def test_what_makes_no_sense_is_refused(walk: Walked) -> None:
 
 def test_matches_are_kept_until_they_are_undone(walk: Walked) -> None:
     (_, one), (_, other) = shoot(walk), second_view(walk)
-    words = Word(Place(one, 0), Place(other, 2)), Word(Place(other, 1), None, one)
+    words = MatchWord(Place(one, 0), Place(other, 2)), MatchWord(Place(other, 1), None, one)
     said = [walk.after(MatchFruit(word), Done)[0].sentence for word in words]
     assert said == ["Matched by hand.", "Unmatched by hand."]
     database = walk.made.store.database

@@ -13,9 +13,9 @@ from scripted_usb import Mishap, ScriptedControl
 from fieldcam.camera.usb3vision.channel import ATTEMPTS, ChannelLimits, ControlChannel
 from fieldcam.camera.usb3vision.gencp import (
     Ack,
-    Command,
+    GencpCommand,
+    GencpStatus,
     MalformedPacket,
-    Status,
     describe,
     pack_read,
     pack_write,
@@ -44,7 +44,7 @@ def test_commands_are_packed_as_the_standard_lays_them_out() -> None:
 
 def test_acknowledgements_are_parsed() -> None:
     ack = parse_ack(struct.pack("<IHHHH", 0x43563355, 0, 0x0801, 4, 7) + b"abcd" + b"beyond")
-    assert ack == Ack(0, Command.READ_ACK, 7, b"abcd")
+    assert ack == Ack(0, GencpCommand.READ_ACK, 7, b"abcd")
     pending = parse_ack(struct.pack("<IHHHHHH", 0x43563355, 0, 0x0805, 4, 7, 0, 1500))
     assert pending.is_pending
     assert pending.pending_s == 1.5
@@ -204,7 +204,7 @@ def test_addresses_that_no_camera_has_are_refused_unasked(address: int, length: 
 
 
 def only_words(address: int, length: int) -> int:
-    return Status.BAD_ALIGNMENT if address % 4 or length % 4 else 0
+    return GencpStatus.BAD_ALIGNMENT if address % 4 or length % 4 else 0
 
 
 @given(st.integers(0, 800), st.integers(0, 200))
@@ -214,7 +214,7 @@ def test_odd_reads_work_on_a_camera_of_whole_words(offset: int, length: int) -> 
 
 
 def test_a_camera_that_refuses_even_whole_words_is_believed() -> None:
-    channel = opened(ScriptedControl(refusal=lambda address, length: Status.BAD_ALIGNMENT))
+    channel = opened(ScriptedControl(refusal=lambda address, length: GencpStatus.BAD_ALIGNMENT))
     with pytest.raises(CameraRefused, match="bad alignment"):
         channel.read(BASE, 4)
 

@@ -12,8 +12,8 @@ from planned_blocks import Measuring, measured_block
 
 from fieldcam.errors import ExitCode
 from fieldcam.exchange.calipers.wide import wide_table
-from fieldcam.growth.records import Source
-from fieldcam.simulator.plan import Block
+from fieldcam.growth.records import SizeSource
+from fieldcam.simulator.plan import BlockPlan
 
 BINDING = (
     "block",
@@ -37,7 +37,7 @@ BINDING = (
 @pytest.fixture
 def calipers(tmp_path: Path) -> Path:
     path = tmp_path / "gala.csv"
-    record = measured_block(Block.plan(61, 60), Measuring(Source.CALIPERS, (0, 4, 8)), 61)
+    record = measured_block(BlockPlan.plan(61, 60), Measuring(SizeSource.CALIPERS, (0, 4, 8)), 61)
     path.write_text(wide_table(record))
     return path
 

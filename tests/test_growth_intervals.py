@@ -16,16 +16,16 @@ from fieldcam.exchange.growth_report import growth_report
 from fieldcam.growth.crop import CropPlan
 from fieldcam.growth.forecast import forecast
 from fieldcam.growth.outlook import outlook
-from fieldcam.growth.records import BlockRecord, Source
+from fieldcam.growth.records import BlockRecord, SizeSource
 from fieldcam.growth.resampling import interval90
 from fieldcam.report.growth_page import growth_page
-from fieldcam.simulator.plan import Block
+from fieldcam.simulator.plan import BlockPlan
 from fieldcam.tui.text.growth_words import verdict_lines
 
 
-@pytest.mark.parametrize("source", Source)
-def test_equal_sizes_give_equal_intervals(source: Source) -> None:
-    block = measured_block(Block.plan(51, 40), Measuring(source, (0, 4)), 51)
+@pytest.mark.parametrize("source", SizeSource)
+def test_equal_sizes_give_equal_intervals(source: SizeSource) -> None:
+    block = measured_block(BlockPlan.plan(51, 40), Measuring(source, (0, 4)), 51)
     one, other = (forecast(block, day_date(0), day_date(4)) for _ in range(2))
     assert one.interval90_pct == other.interval90_pct
     assert one.interval90_trees_pct == other.interval90_trees_pct
@@ -33,7 +33,7 @@ def test_equal_sizes_give_equal_intervals(source: Source) -> None:
 
 @pytest.mark.parametrize("seed", range(52, 56))
 def test_what_holds_for_all_trees_is_less_certain(seed: int) -> None:
-    block = measured_block(Block.plan(seed, 70), Measuring(Source.CAMERA, (0, 4)), seed)
+    block = measured_block(BlockPlan.plan(seed, 70), Measuring(SizeSource.CAMERA, (0, 4)), seed)
     found = forecast(block, day_date(0), day_date(4))
     assert found.interval90_trees_pct is not None
     (low, high), (lowest, highest) = found.interval90_pct, found.interval90_trees_pct
@@ -43,10 +43,10 @@ def test_what_holds_for_all_trees_is_less_certain(seed: int) -> None:
 
 
 @pytest.mark.parametrize("clusters", [2, 3, 5, 8])
-@pytest.mark.parametrize("source", Source)
-def test_of_few_clusters_all_trees_are_no_more_certain(clusters: int, source: Source) -> None:
+@pytest.mark.parametrize("source", SizeSource)
+def test_of_few_clusters_all_trees_are_no_more_certain(clusters: int, source: SizeSource) -> None:
     for seed in range(61, 67):
-        block = measured_block(Block.plan(seed, clusters), Measuring(source, (0, 4)), seed)
+        block = measured_block(BlockPlan.plan(seed, clusters), Measuring(source, (0, 4)), seed)
         found = forecast(block, day_date(0), day_date(4))
         (low, high), of_trees = found.interval90_pct, found.interval90_trees_pct
         assert of_trees is not None and of_trees[0] <= low and high <= of_trees[1]
@@ -85,7 +85,7 @@ def errors_of_reference(seed: int) -> tuple[float, float]:
             made_fruitlet(i // 5, str(i), {0: float(before), 2: float(after)})
             for i, (before, after) in enumerate(sizes.T)
         ],
-        Source.CAMERA,
+        SizeSource.CAMERA,
     )
     reference = forecast(block, on(0), on(2)).reference
     assert reference.rate_mm_per_day == reference.corrected_mm_per_day
@@ -94,7 +94,7 @@ def errors_of_reference(seed: int) -> tuple[float, float]:
 
 
 def test_calipers_keep_the_reference_of_spreadsheets() -> None:
-    block = measured_block(Block.plan(58, 70), Measuring(Source.CALIPERS, (0, 4)), 58)
+    block = measured_block(BlockPlan.plan(58, 70), Measuring(SizeSource.CALIPERS, (0, 4)), 58)
     reference = forecast(block, day_date(0), day_date(4)).reference
     assert reference.rate_mm_per_day == reference.measured_mm_per_day
     assert reference.corrected_mm_per_day < reference.measured_mm_per_day
@@ -109,7 +109,7 @@ def test_the_mean_of_all_needs_no_correction(grown: int, corrects: bool) -> None
         for k, rate in enumerate(rates)
     ]
     hidden = [made_fruitlet(k % 7, f"hidden {k}", {0: 9.0, 4: NOT_SEEN}) for k in range(30)]
-    found = forecast(made_block([*seen, *hidden], Source.CAMERA), on(0), on(4))
+    found = forecast(made_block([*seen, *hidden], SizeSource.CAMERA), on(0), on(4))
     reference = found.reference
     assert reference.corrected_mm_per_day > reference.measured_mm_per_day + 0.1
     assert (reference.rate_mm_per_day == reference.measured_mm_per_day) is not corrects
@@ -132,7 +132,7 @@ def with_errors(block: BlockRecord, *sds_mm: float | None) -> BlockRecord:
 
 def test_the_interval_is_as_wide_as_the_sizes_say() -> None:
     """Where either size says nothing, the camera's usual errors stand in."""
-    block = measured_block(Block.plan(59, 70), Measuring(Source.CAMERA, (0, 4)), 59)
+    block = measured_block(BlockPlan.plan(59, 70), Measuring(SizeSource.CAMERA, (0, 4)), 59)
     widths = {}
     for sds_mm in ((None, None), (0.05, None), (None, 0.4), (0.0, 0.0), (0.05, 0.05), (0.4, 0.4)):
         found = forecast(with_errors(block, *sds_mm), day_date(0), day_date(4))
@@ -144,8 +144,8 @@ def test_the_interval_is_as_wide_as_the_sizes_say() -> None:
     assert small < usual[1] - usual[0] < large
 
 
-@pytest.mark.parametrize("source", Source)
-def test_equal_rates_leave_nothing_open(source: Source) -> None:
+@pytest.mark.parametrize("source", SizeSource)
+def test_equal_rates_leave_nothing_open(source: SizeSource) -> None:
     found = forecast(made_block(fast_ones(30), source), on(0), on(4))
     assert found.interval90_pct == (100.0, 100.0)
     assert found.reference.corrected_mm_per_day == pytest.approx(1.0)
@@ -164,11 +164,11 @@ def test_an_interval_holds_the_forecast_and_nine_of_ten_values(forecast_value: f
 @pytest.mark.parametrize(
     "case",
     [
-        Case(Source.CAMERA, 70, 0, 4),
-        Case(Source.CAMERA, 35, 4, 8),
-        Case(Source.CAMERA, 70, 0, 4, own_sds=True),
-        Case(Source.CAMERA, 70, 0, 4, (2,), own_sds=True),
-        Case(Source.CALIPERS, 70, 2, 6),
+        Case(SizeSource.CAMERA, 70, 0, 4),
+        Case(SizeSource.CAMERA, 35, 4, 8),
+        Case(SizeSource.CAMERA, 70, 0, 4, own_sds=True),
+        Case(SizeSource.CAMERA, 70, 0, 4, (2,), own_sds=True),
+        Case(SizeSource.CALIPERS, 70, 2, 6),
     ],
     ids=str,
 )

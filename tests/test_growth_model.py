@@ -14,43 +14,43 @@ from made_records import FALLEN, NOT_SEEN, SEEN, Known, fast_ones, made_block, m
 from planned_blocks import Measuring, day_date, measured_block, true_set_pct
 
 from fieldcam.errors import BadInput
-from fieldcam.growth.crop import CropPlan, Verdict, crop_forecast
+from fieldcam.growth.crop import CropPlan, CropVerdict, crop_forecast
 from fieldcam.growth.doubts import Doubt, doubts_told
-from fieldcam.growth.forecast import Forecast, State, counts_of, forecast, trend
+from fieldcam.growth.forecast import Forecast, FruitletState, counts_of, forecast, trend
 from fieldcam.growth.influence import influences
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
+from fieldcam.growth.records import BlockRecord, FruitletRecord, SizeSource
 from fieldcam.growth.size_order import in_size_order
 from fieldcam.growth.visits import BlockVisit, chosen_interval, visits_of
 from fieldcam.growth.warnings import warnings_about
-from fieldcam.simulator.plan import Block
+from fieldcam.simulator.plan import BlockPlan
 
 
-def state_of(found: Forecast, name: str) -> State:
+def state_of(found: Forecast, name: str) -> FruitletState:
     return next(each.state for each in found.fruitlets if each.fruitlet.fruitlet == name)
 
 
-ONE: dict[str, tuple[dict[int, Known], State]] = {
-    "faster than half the reference": ({0: 8.0, 4: 10.1}, State.PERSIST),
-    "a tie": ({0: 8.1, 4: 10.1}, State.ABSCISE),
-    "shrunk": ({0: 8.0, 4: 7.0}, State.ABSCISE),
-    "shrunk by a slip of the pen": ({0: 80.0, 4: 9.0}, State.ABSCISE),
-    "as fast as fruit grows": ({0: 8.0, 4: 18.0}, State.PERSIST),
-    "faster than fruit grows": ({0: 8.0, 4: 18.1}, State.IGNORED),
-    "faster, then fallen": ({0: 8.0, 2: 18.1, 4: FALLEN}, State.FALLEN),
-    "fallen": ({0: 8.0, 4: FALLEN}, State.FALLEN),
-    "fallen, then hidden": ({0: 8.0, 2: FALLEN, 4: NOT_SEEN}, State.FALLEN),
-    "taken for fallen, but seen again": ({0: 8.0, 2: FALLEN, 4: 12.0}, State.PERSIST),
-    "hidden": ({0: 8.0, 4: NOT_SEEN}, State.NOT_SEEN),
-    "seen without a size": ({0: 8.0, 4: SEEN}, State.NOT_SEEN),
-    "nothing known": ({0: 8.0}, State.NOT_SEEN),
-    "first seen later": ({4: 9.0}, State.NEW),
-    "no first size": ({0: SEEN, 4: 12.0}, State.IGNORED),
-    "no first size and fallen": ({0: SEEN, 4: FALLEN}, State.IGNORED),
+ONE: dict[str, tuple[dict[int, Known], FruitletState]] = {
+    "faster than half the reference": ({0: 8.0, 4: 10.1}, FruitletState.PERSIST),
+    "a tie": ({0: 8.1, 4: 10.1}, FruitletState.ABSCISE),
+    "shrunk": ({0: 8.0, 4: 7.0}, FruitletState.ABSCISE),
+    "shrunk by a slip of the pen": ({0: 80.0, 4: 9.0}, FruitletState.ABSCISE),
+    "as fast as fruit grows": ({0: 8.0, 4: 18.0}, FruitletState.PERSIST),
+    "faster than fruit grows": ({0: 8.0, 4: 18.1}, FruitletState.IGNORED),
+    "faster, then fallen": ({0: 8.0, 2: 18.1, 4: FALLEN}, FruitletState.FALLEN),
+    "fallen": ({0: 8.0, 4: FALLEN}, FruitletState.FALLEN),
+    "fallen, then hidden": ({0: 8.0, 2: FALLEN, 4: NOT_SEEN}, FruitletState.FALLEN),
+    "taken for fallen, but seen again": ({0: 8.0, 2: FALLEN, 4: 12.0}, FruitletState.PERSIST),
+    "hidden": ({0: 8.0, 4: NOT_SEEN}, FruitletState.NOT_SEEN),
+    "seen without a size": ({0: 8.0, 4: SEEN}, FruitletState.NOT_SEEN),
+    "nothing known": ({0: 8.0}, FruitletState.NOT_SEEN),
+    "first seen later": ({4: 9.0}, FruitletState.NEW),
+    "no first size": ({0: SEEN, 4: 12.0}, FruitletState.IGNORED),
+    "no first size and fallen": ({0: SEEN, 4: FALLEN}, FruitletState.IGNORED),
 }
 
 
 @pytest.mark.parametrize(("known", "state"), ONE.values(), ids=ONE)
-def test_each_fruitlet_has_one_state(known: dict[int, Known], state: State) -> None:
+def test_each_fruitlet_has_one_state(known: dict[int, Known], state: FruitletState) -> None:
     block = made_block([*fast_ones(), made_fruitlet(2, "it", known)])
     found = forecast(block, on(0), on(4))
     assert state_of(found, "it") is state
@@ -63,34 +63,34 @@ def steady(*days: int) -> list[FruitletRecord]:
     return [made_fruitlet(1, str(i), {day: 6.0 + i / 4 + day for day in days}) for i in range(20)]
 
 
-BY_CAMERA: dict[str, tuple[dict[int, Known], State, float | None]] = {
-    "first seen later": ({2: 8.0, 4: 9.2}, State.PERSIST, 0.6),
-    "first seen later and slow": ({2: 8.0, 4: 8.8}, State.ABSCISE, 0.4),
-    "first sized later": ({0: SEEN, 2: 8.0, 4: 9.2}, State.PERSIST, 0.6),
-    "the widest interval": ({0: 8.0, 2: 8.0, 4: 10.1}, State.PERSIST, 0.525),
-    "first seen at the end": ({4: 9.0}, State.NOT_SEEN, None),
-    "first sized at the end": ({0: SEEN, 2: SEEN, 4: 9.0}, State.NOT_SEEN, None),
-    "first seen later, then hidden": ({2: 8.0, 4: NOT_SEEN}, State.NOT_SEEN, None),
-    "first seen later, then fallen": ({2: 8.0, 4: FALLEN}, State.FALLEN, None),
-    "seen without a size, then fallen": ({0: SEEN, 4: FALLEN}, State.FALLEN, None),
-    "first seen later, faster than fruit grows": ({2: 8.0, 4: 13.1}, State.IGNORED, None),
+BY_CAMERA: dict[str, tuple[dict[int, Known], FruitletState, float | None]] = {
+    "first seen later": ({2: 8.0, 4: 9.2}, FruitletState.PERSIST, 0.6),
+    "first seen later and slow": ({2: 8.0, 4: 8.8}, FruitletState.ABSCISE, 0.4),
+    "first sized later": ({0: SEEN, 2: 8.0, 4: 9.2}, FruitletState.PERSIST, 0.6),
+    "the widest interval": ({0: 8.0, 2: 8.0, 4: 10.1}, FruitletState.PERSIST, 0.525),
+    "first seen at the end": ({4: 9.0}, FruitletState.NOT_SEEN, None),
+    "first sized at the end": ({0: SEEN, 2: SEEN, 4: 9.0}, FruitletState.NOT_SEEN, None),
+    "first seen later, then hidden": ({2: 8.0, 4: NOT_SEEN}, FruitletState.NOT_SEEN, None),
+    "first seen later, then fallen": ({2: 8.0, 4: FALLEN}, FruitletState.FALLEN, None),
+    "seen without a size, then fallen": ({0: SEEN, 4: FALLEN}, FruitletState.FALLEN, None),
+    "first seen later, faster than fruit grows": ({2: 8.0, 4: 13.1}, FruitletState.IGNORED, None),
 }
 
 
 @pytest.mark.parametrize(("known", "state", "rate"), BY_CAMERA.values(), ids=BY_CAMERA)
 def test_what_a_camera_sees_later_hung_there_at_first(
-    known: dict[int, Known], state: State, rate: float | None
+    known: dict[int, Known], state: FruitletState, rate: float | None
 ) -> None:
     """In a cluster that was photographed on the first visit."""
     others = [*steady(0, 2, 4), made_fruitlet(2, "other", {0: 8.0, 2: 10.0, 4: 12.0})]
-    block = made_block([*others, made_fruitlet(2, "it", known)], Source.CAMERA)
+    block = made_block([*others, made_fruitlet(2, "it", known)], SizeSource.CAMERA)
     found = forecast(block, on(0), on(4))
     it = found.fruitlets[-1]
     assert (it.state, it.rate_mm_per_day) == (state, rate)
-    counted = state is not State.IGNORED
+    counted = state is not FruitletState.IGNORED
     assert (found.counts.initial, found.ignored) == (21 + counted, 1 - counted)
-    persist = 21 + (state is State.PERSIST)
-    judged = 21 + (state in (State.PERSIST, State.ABSCISE, State.FALLEN))
+    persist = 21 + (state is FruitletState.PERSIST)
+    judged = 21 + (state in (FruitletState.PERSIST, FruitletState.ABSCISE, FruitletState.FALLEN))
     assert found.set_pct == pytest.approx(100 * persist / judged)
 
 
@@ -100,7 +100,7 @@ def test_what_only_the_end_shows_changes_no_percent_and_no_end_but_the_intervals
     fell = [made_fruitlet(1, f"fell {i}", {0: 8.0, 4: FALLEN}) for i in range(20)]
     late = [made_fruitlet(1, f"late {i}", {4: 9.0}) for i in range(10)]
     few, more = (
-        forecast(made_block(fruitlets, Source.CAMERA), on(0), on(4))
+        forecast(made_block(fruitlets, SizeSource.CAMERA), on(0), on(4))
         for fruitlets in ([*fast, *fell], [*fast, *fell, *late])
     )
     assert more.counts.not_seen == 10 and more.counts.initial == few.counts.initial + 10
@@ -109,20 +109,20 @@ def test_what_only_the_end_shows_changes_no_percent_and_no_end_but_the_intervals
     assert high - low > of_few[1] - of_few[0]
 
 
-@pytest.mark.parametrize("source", Source)
-def test_a_cluster_that_was_tagged_later_is_not_counted(source: Source) -> None:
+@pytest.mark.parametrize("source", SizeSource)
+def test_a_cluster_that_was_tagged_later_is_not_counted(source: SizeSource) -> None:
     block = made_block([*steady(0, 2, 4), made_fruitlet(2, "it", {2: 8.0, 4: 9.0})], source)
     found = forecast(block, on(0), on(4))
-    assert (state_of(found, "it"), found.counts.initial) == (State.NEW, 20)
+    assert (state_of(found, "it"), found.counts.initial) == (FruitletState.NEW, 20)
     assert "clusters_added" in {each.code for each in warnings_about(found)}
 
 
 def test_a_cluster_without_a_picture_on_the_first_of_the_two_visits_leaves_as_a_whole() -> None:
     """Though a visit between the two shows it."""
     known: dict[int, Known] = {0: 8.0, 6: 12.0, 8: 14.0}
-    block = made_block([*steady(0, 4, 6, 8), made_fruitlet(2, "it", known)], Source.CAMERA)
-    assert state_of(forecast(block, on(4), on(8)), "it") is State.NOT_SEEN
-    assert state_of(forecast(block, on(0), on(8)), "it") is State.PERSIST
+    block = made_block([*steady(0, 4, 6, 8), made_fruitlet(2, "it", known)], SizeSource.CAMERA)
+    assert state_of(forecast(block, on(4), on(8)), "it") is FruitletState.NOT_SEEN
+    assert state_of(forecast(block, on(0), on(8)), "it") is FruitletState.PERSIST
 
 
 def test_counts_and_percent() -> None:
@@ -153,7 +153,7 @@ def test_every_fruitlet_grows_over_its_own_days() -> None:
     rates = {each.fruitlet.fruitlet: each.rate_mm_per_day for each in found.fruitlets}
     assert rates["same rate"] == pytest.approx(1.0)
     assert rates["shorter"] == pytest.approx(0.55)
-    assert state_of(found, "shorter") is State.PERSIST
+    assert state_of(found, "shorter") is FruitletState.PERSIST
 
 
 def test_a_block_walked_daily_has_a_visit_each_day() -> None:
@@ -198,10 +198,10 @@ def test_initial_ones_are_those_of_the_first_visit() -> None:
 
 @pytest.mark.parametrize(
     ("source", "ignored", "together"),
-    [(Source.CAMERA, [1, 0, 1], 24), (Source.CALIPERS, [2, 1, 0], 23)],
+    [(SizeSource.CAMERA, [1, 0, 1], 24), (SizeSource.CALIPERS, [2, 1, 0], 23)],
 )
 def test_initial_and_ignored_ones_are_as_many_for_all_visits(
-    source: Source, ignored: list[int], together: int
+    source: SizeSource, ignored: list[int], together: int
 ) -> None:
     fruitlets = [
         *(made_fruitlet(1, f"a{i}", {0: 6.0 + i / 9, 4: 9.0, 8: 13.0}) for i in range(20)),
@@ -268,11 +268,13 @@ def test_a_visit_is_called_by_all_its_days(first: date, last: date, written: str
     assert str(BlockVisit(days, frozenset())) == written
 
 
-@pytest.mark.parametrize("source", Source)
-def test_sizes_far_from_all_others_are_ignored_where_a_camera_took_them(source: Source) -> None:
+@pytest.mark.parametrize("source", SizeSource)
+def test_sizes_far_from_all_others_are_ignored_where_a_camera_took_them(source: SizeSource) -> None:
     block = made_block([*fast_ones(40), made_fruitlet(2, "it", {0: 8.0, 4: 17.9})], source)
     state = state_of(forecast(block, on(0), on(4)), "it")
-    assert state is (State.IGNORED if source is Source.CAMERA else State.PERSIST)
+    assert state is (
+        FruitletState.IGNORED if source is SizeSource.CAMERA else FruitletState.PERSIST
+    )
 
 
 REFUSED: dict[str, tuple[list[FruitletRecord], str]] = {
@@ -342,7 +344,7 @@ def test_agrees_with_the_rule_of_the_spreadsheets(pairs: list[tuple[float, float
 
 @pytest.fixture(scope="module")
 def planned() -> BlockRecord:
-    return measured_block(Block.plan(41, 70), Measuring(Source.CAMERA, (0, 2, 4, 8)), 41)
+    return measured_block(BlockPlan.plan(41, 70), Measuring(SizeSource.CAMERA, (0, 2, 4, 8)), 41)
 
 
 def test_the_trend_has_a_forecast_for_each_visit_after_the_first(planned: BlockRecord) -> None:
@@ -352,14 +354,14 @@ def test_the_trend_has_a_forecast_for_each_visit_after_the_first(planned: BlockR
 
 
 def test_without_errors_the_forecast_is_the_truth() -> None:
-    block = Block.plan(42, 70)
-    record = measured_block(block, Measuring(Source.CALIPERS, (0, 4), noisy=False), 42)
+    block = BlockPlan.plan(42, 70)
+    record = measured_block(block, Measuring(SizeSource.CALIPERS, (0, 4), noisy=False), 42)
     found = forecast(record, day_date(0), day_date(4))
     assert found.set_pct == pytest.approx(true_set_pct(block, 0, 4))
 
 
 def test_the_influence_of_a_cluster_is_what_changes_without_it(planned: BlockRecord) -> None:
-    calipers = measured_block(Block.plan(43, 30), Measuring(Source.CALIPERS, (0, 4)), 43)
+    calipers = measured_block(BlockPlan.plan(43, 30), Measuring(SizeSource.CALIPERS, (0, 4)), 43)
     found = forecast(calipers, day_date(0), day_date(4))
     first = influences(found)[0]
     others = [each for each in calipers.fruitlets if each.tag_id != first.tag_id]
@@ -386,8 +388,8 @@ def unsure(fruitlet: FruitletRecord, day: int, confidence: float) -> FruitletRec
     return replace(fruitlet, sightings={**fruitlet.sightings, on(day): doubted})
 
 
-@pytest.mark.parametrize("source", list(Source))
-def test_a_doubtful_match_is_marked_and_no_part_of_the_reference(source: Source) -> None:
+@pytest.mark.parametrize("source", list(SizeSource))
+def test_a_doubtful_match_is_marked_and_no_part_of_the_reference(source: SizeSource) -> None:
     fast = made_fruitlet(2, "fast", {0: 6.0, 4: 14.0})
     slow = [made_fruitlet(1, f"slow {mm}", {0: 4.0 + mm, 4: 4.5 + mm}) for mm in range(12)]
     others = [*fast_ones(30), *slow]
@@ -410,7 +412,7 @@ def test_a_doubtful_match_is_marked_and_no_part_of_the_reference(source: Source)
 
 def test_where_all_matches_are_doubtful_they_are_the_reference() -> None:
     found = forecast(
-        made_block([unsure(each, 4, 0.5) for each in fast_ones()], Source.CAMERA), on(0), on(4)
+        made_block([unsure(each, 4, 0.5) for each in fast_ones()], SizeSource.CAMERA), on(0), on(4)
     )
     assert found.reference.measured_mm_per_day == pytest.approx(1.0)
 
@@ -419,7 +421,7 @@ def test_growth_that_no_fruitlet_has_is_marked() -> None:
     leaf = made_fruitlet(2, "leaf", {0: 12.8, 1: 16.8})
     found = forecast(made_block([*fast_ones(days=1), leaf]), on(0), on(1))
     marked = next(each for each in found.fruitlets if each.fruitlet == leaf)
-    assert (marked.state, marked.doubts) == (State.IGNORED, (Doubt.GROWTH,))
+    assert (marked.state, marked.doubts) == (FruitletState.IGNORED, (Doubt.GROWTH,))
     assert list(doubts_told(leaf, [on(0), on(1)])) == [
         "4.0 mm/day to 2026-05-11, which no fruitlet grows"
     ]
@@ -437,25 +439,25 @@ def known_to(fruitlet: FruitletRecord, sds_mm: dict[int, float]) -> FruitletReco
 @pytest.mark.parametrize(
     ("source", "sds_mm", "grown_mm", "shrunk"),
     [
-        (Source.CAMERA, {0: 0.3, 4: 0.4}, -1.45, False),
-        (Source.CAMERA, {0: 0.3, 4: 0.4}, -1.55, True),
-        (Source.CAMERA, {0: 0.06, 4: 0.08}, -0.25, False),
-        (Source.CAMERA, {0: 0.06, 4: 0.08}, -0.35, True),
-        (Source.CAMERA, {0: 0.06}, -0.35, False),
-        (Source.CAMERA, {}, -1.1, False),
-        (Source.CAMERA, {}, -1.2, True),
-        (Source.CALIPERS, {}, -0.5, False),
-        (Source.CALIPERS, {}, -0.9, True),
+        (SizeSource.CAMERA, {0: 0.3, 4: 0.4}, -1.45, False),
+        (SizeSource.CAMERA, {0: 0.3, 4: 0.4}, -1.55, True),
+        (SizeSource.CAMERA, {0: 0.06, 4: 0.08}, -0.25, False),
+        (SizeSource.CAMERA, {0: 0.06, 4: 0.08}, -0.35, True),
+        (SizeSource.CAMERA, {0: 0.06}, -0.35, False),
+        (SizeSource.CAMERA, {}, -1.1, False),
+        (SizeSource.CAMERA, {}, -1.2, True),
+        (SizeSource.CALIPERS, {}, -0.5, False),
+        (SizeSource.CALIPERS, {}, -0.9, True),
     ],
 )
 def test_no_fruitlet_shrinks_by_more_than_its_errors(
-    source: Source, sds_mm: dict[int, float], grown_mm: float, shrunk: bool
+    source: SizeSource, sds_mm: dict[int, float], grown_mm: float, shrunk: bool
 ) -> None:
     """It counts as falling, and what speaks against its sizes is told everywhere."""
     it = known_to(made_fruitlet(2, "it", {0: 9.5, 4: 9.5 + grown_mm}), sds_mm)
     found = forecast(made_block([*steady(0, 4), it], source), on(0), on(4))
     marked = found.fruitlets[-1]
-    assert (marked.state, marked.doubts) == (State.ABSCISE, (Doubt.SHRUNK,) * shrunk)
+    assert (marked.state, marked.doubts) == (FruitletState.ABSCISE, (Doubt.SHRUNK,) * shrunk)
     said = [f"{-grown_mm:.1f} mm less on 2026-05-14, which no fruitlet shrinks"] * shrunk
     assert list(doubts_told(it, [on(0), on(4)], source)) == said
     texts = {each.code: each.text for each in warnings_about(found)}
@@ -464,7 +466,7 @@ def test_no_fruitlet_shrinks_by_more_than_its_errors(
 
 def test_what_shrank_stays_in_a_reference_of_few() -> None:
     few = [made_fruitlet(1, "a", {0: 8.0, 4: 12.0}), made_fruitlet(1, "b", {0: 12.0, 4: 8.0})]
-    found = forecast(made_block(few, Source.CAMERA), on(0), on(4))
+    found = forecast(made_block(few, SizeSource.CAMERA), on(0), on(4))
     assert found.reference.rate_mm_per_day == 0.0
 
 
@@ -479,10 +481,10 @@ def test_fruit_per_tree_counts_clusters_that_lost_everything() -> None:
 
 @pytest.mark.parametrize(
     ("target", "verdict"),
-    [(1.0, Verdict.TOO_MANY), (None, None), (10_000.0, Verdict.TOO_FEW)],
+    [(1.0, CropVerdict.TOO_MANY), (None, None), (10_000.0, CropVerdict.TOO_FEW)],
 )
 def test_the_verdict_is_that_of_the_interval(
-    planned: BlockRecord, target: float | None, verdict: Verdict | None
+    planned: BlockRecord, target: float | None, verdict: CropVerdict | None
 ) -> None:
     found = forecast(planned, day_date(4), day_date(8))
     crop = crop_forecast(found, CropPlan(200.0, target))
@@ -492,4 +494,4 @@ def test_the_verdict_is_that_of_the_interval(
     assert low < crop.fruit < high
     for inside in np.linspace(low, high, 3):
         reached = crop_forecast(found, CropPlan(200.0, float(inside)))
-        assert reached.verdict is Verdict.ON_TARGET
+        assert reached.verdict is CropVerdict.ON_TARGET

@@ -15,21 +15,21 @@ from planned_blocks import Measuring, day_date, measured_block
 
 from fieldcam.growth.crop import CropPlan
 from fieldcam.growth.outlook import Outlook, outlook
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, SizeSource
 from fieldcam.growth.size_order import in_size_order
-from fieldcam.growth.sprays import Spray
+from fieldcam.growth.sprays import SprayDay
 from fieldcam.report.growth_page import growth_page
 from fieldcam.report.growth_plots import bin_edges
 from fieldcam.report.thumbnails import SIDE_PX, cluster_thumbnail
-from fieldcam.simulator.plan import Block
+from fieldcam.simulator.plan import BlockPlan
 
 PNG_BYTES = b"\x89PNG\r\n"
 
 
 @cache
 def measured() -> BlockRecord:
-    block = Block.plan(seed=5, clusters=12)
-    return measured_block(block, Measuring(Source.CAMERA, (0, 4, 8)), 1)
+    block = BlockPlan.plan(seed=5, clusters=12)
+    return measured_block(block, Measuring(SizeSource.CAMERA, (0, 4, 8)), 1)
 
 
 def fruitlet(tag_id: int, name: str, *sizes: float | None) -> FruitletRecord:
@@ -44,13 +44,13 @@ def fruitlet(tag_id: int, name: str, *sizes: float | None) -> FruitletRecord:
 def small(*fruitlets: FruitletRecord) -> Outlook:
     days = (day_date(0), day_date(4))
     tags = frozenset(f.tag_id for f in fruitlets)
-    block = BlockRecord("one", Source.CALIPERS, days, dict.fromkeys(days, tags), fruitlets)
+    block = BlockRecord("one", SizeSource.CALIPERS, days, dict.fromkeys(days, tags), fruitlets)
     return outlook(block, in_size_order(block))
 
 
 def test_the_page_says_verdict_warnings_and_what_was_assumed() -> None:
     block = measured()
-    sprays = [Spray(date(2026, 5, 12))]
+    sprays = [SprayDay(date(2026, 5, 12))]
     growth = outlook(block, in_size_order(block), plan=CropPlan(100, 1), sprays=sprays)
     found, crop = growth.found, growth.crop
     assert crop is not None

@@ -27,7 +27,7 @@ from fieldcam.store.readings import reading_row
 from fieldcam.store.rows.judgements import Action, Decision
 from fieldcam.store.rows.orchard import BlockSetting, Setting, Spray
 from fieldcam.store.space import Space
-from fieldcam.tui.looks import Look, Pictures
+from fieldcam.tui.looks import Look, PictureStyle
 from fieldcam.tui.text.growth_words import gauge, more_line
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
@@ -258,7 +258,7 @@ def test_without_colours_it_says_the_same(grown: Grown) -> None:
         await driven.press("b", "g")
         assert "of the first fruitlets will stay" in driven.text
 
-    drive(SMALL, script, Look(Pictures.NONE, colour=False))
+    drive(SMALL, script, Look(PictureStyle.NONE, colour=False))
 
 
 def test_bloom_is_the_mean_of_the_trees(grown: Grown) -> None:

@@ -9,8 +9,8 @@ from made_records import FALLEN, NOT_SEEN, fast_ones, made_block, made_fruitlet,
 
 from fieldcam.errors import BadInput
 from fieldcam.growth.forecast import forecast
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
-from fieldcam.growth.sprays import Spray
+from fieldcam.growth.records import BlockRecord, FruitletRecord, SizeSource
+from fieldcam.growth.sprays import SprayDay
 from fieldcam.growth.visits import chosen_interval
 from fieldcam.growth.warnings import warnings_about
 
@@ -99,13 +99,13 @@ def test_a_visit_with_half_the_clusters_is_said() -> None:
     assert ": 50 of 100 fruitlets;" in texts["many_not_seen"]
 
 
-@pytest.mark.parametrize("source", Source)
-def test_an_empty_first_cell_of_a_table_is_said(source: Source) -> None:
+@pytest.mark.parametrize("source", SizeSource)
+def test_an_empty_first_cell_of_a_table_is_said(source: SizeSource) -> None:
     late = [made_fruitlet(1, name, {4: 11.0, 8: 14.0}) for name in ("late", "later")]
     other = made_fruitlet(60, "a", {4: 11.0, 8: 14.0})
     block = made_block([*many_clusters(), *late, other], source)
     told = {w.code: w.text for w in warnings_about(forecast(block, on(4), on(8)))}
-    if source is Source.CAMERA:
+    if source is SizeSource.CAMERA:
         assert "no_first_size" not in told
     else:
         assert "2 fruitlets (fruitlet late of cluster 1, fruitlet later" in told["no_first_size"]
@@ -171,7 +171,7 @@ def test_pictures_of_another_cluster_are_asked_about(
         for name in "abcdwxyz"
     ]
     block = made_block([*many_clusters(), *(each for each in odd if each.sightings)])
-    found = forecast(replace(block, source=Source.CAMERA), on(4), on(8))
+    found = forecast(replace(block, source=SizeSource.CAMERA), on(4), on(8))
     texts = {warning.code: warning.text for warning in warnings_about(found)}
     text = texts.get("other_clusters", "")
     assert all(words in text for words in said) and text.count(" on 2026") == len(said)
@@ -196,14 +196,14 @@ def told_of(fruitlets: list[FruitletRecord]) -> dict[str, str]:
 )
 def test_too_soon_after_a_spray(days: tuple[int, ...], said: bool) -> None:
     found = forecast(made_block(many_clusters()), on(4), on(8))
-    told = {each.code for each in warnings_about(found, [Spray(on(day)) for day in days])}
+    told = {each.code for each in warnings_about(found, [SprayDay(on(day)) for day in days])}
     assert ("soon_after_spray" in told) is said
 
 
 @pytest.mark.parametrize(("day", "said"), [(8, False), (9, True)])
 def test_a_spray_after_the_visits_is_said(day: int, said: bool) -> None:
     found = forecast(made_block(many_clusters()), on(4), on(8))
-    told = {each.code: each.text for each in warnings_about(found, [Spray(on(day))])}
+    told = {each.code: each.text for each in warnings_about(found, [SprayDay(on(day))])}
     assert ("sprayed_since" in told) is said
     assert str(on(day)) in told.get("sprayed_since", "") or not said
 

@@ -23,7 +23,7 @@ from fieldcam.camera.head.pictures import (
     next_exposure_us,
     shrunk,
 )
-from fieldcam.camera.head.plan import Part, for_aiming, for_flash, setting_up
+from fieldcam.camera.head.plan import HeadPart, for_aiming, for_flash, setting_up
 from fieldcam.camera.head.settings import Carrying, HeadSettings
 from fieldcam.camera.usb3vision.devices import AttachedCamera, CameraNames
 from fieldcam.camera.usb3vision.transport import LinkSpeed
@@ -181,7 +181,7 @@ def test_a_selector_without_the_usual_entry_is_set_to_what_serves_as_well() -> N
     <pValue>ModeReg</pValue></Enumeration>"""
     registers = MemoryRegisters()
     features = node_map(*MAP, selector, registers=registers)
-    gain = next(each for each in setting_up(HeadSettings(), Part.ALONE) if each.name == "Gain")
+    gain = next(each for each in setting_up(HeadSettings(), HeadPart.ALONE) if each.name == "Gain")
     assert adjust(features, [gain]).lacks == [] and registers.memory[0] == 2
 
 

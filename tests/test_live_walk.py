@@ -10,7 +10,7 @@ import pytest
 from live_walks import ToldCamera, Walked, read, walked
 from made_readings import encoded
 
-from fieldcam.analysis.status import State, Status
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus
 from fieldcam.camera.port import FlashStereoDevice
 from fieldcam.errors import (
     AnalysisFailed,
@@ -219,10 +219,10 @@ def test_a_picture_that_was_not_read_in_time_has_a_second_try(walk: Walked) -> N
 
 def test_pictures_wait_for_an_analysis_that_is_off(walk: Walked) -> None:
     walk.start()
-    walk.analysis.status = Status(State.STOPPED)
+    walk.analysis.status = AnalysisStatus(AnalysisState.STOPPED)
     walk.analysis.outcomes.append(AnalysisOff("The analysis is off."))
     state = walk.shoot()
-    assert (state.waiting, state.analysis.state) == (1, State.STOPPED)
+    assert (state.waiting, state.analysis.state) == (1, AnalysisState.STOPPED)
     walk.analysis.outcomes.append(read(11))
     _, state = walk.after(RestartAnalysis(), VerdictReady)
     assert state.waiting == 0

@@ -10,7 +10,7 @@ import usb.core
 from made_states import AIM, ROUTE
 from screens import LARGE, SMALL, Driven, drive
 
-from fieldcam.analysis.status import State, Status
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus
 from fieldcam.camera.usb3vision.usb_faults import device_error
 from fieldcam.session.calibrating import MISSING
 from fieldcam.session.events import CameraReady, CameraTrouble, LiveEvent
@@ -45,7 +45,7 @@ LEFT_OUT = replace(
     waiting=12,
     failed=13,
     seconds_per_cluster=25.0,
-    analysis=Status(State.STOPPED),
+    analysis=AnalysisStatus(AnalysisState.STOPPED),
 )
 STATES: list[tuple[WalkState, str]] = [(LOST, str(FORBIDDEN)), (LEFT_OUT, progress(LEFT_OUT))]
 

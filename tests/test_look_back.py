@@ -13,8 +13,7 @@ from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import MadeWalk, small_store
 from textual.widgets import Input
 
-from fieldcam.analysis.status import State
-from fieldcam.analysis.status import Status as AnalysisStatus
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus
 from fieldcam.calibration.stored_drift import TagSizes
 from fieldcam.session.battery import Battery
 from fieldcam.session.commands import (
@@ -245,7 +244,7 @@ def test_when_nothing_is_missing_it_is_said(past: Past) -> None:
 
 
 def test_the_analysis_can_be_started_again(past: Past) -> None:
-    off = AnalysisStatus(State.STOPPED, pending=2, restarts=5, last_error="It hung.")
+    off = AnalysisStatus(AnalysisState.STOPPED, pending=2, restarts=5, last_error="It hung.")
 
     async def script(driven: Driven) -> None:
         await driven.tell(replace(past.state, analysis=off))
@@ -369,7 +368,7 @@ def test_what_needs_a_hand_is_marked() -> None:
         *calibration_facts("", TagSizes((-0.005,) * 5)),
         *calibration_facts("", TagSizes((0.03,) * 2)),
         *calibration_facts("", None),
-        *analysis_facts(AnalysisStatus(State.READY)),
+        *analysis_facts(AnalysisStatus(AnalysisState.READY)),
     ]
     assert not any(fact.bad for fact in good)
     notes = ("EMU-1 is in a USB 2 port.", "EMU-1 is taken for the left camera.")

@@ -21,15 +21,15 @@ from fieldcam.errors import ExtraMissing
 from fieldcam.session.state import WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.tui import looks
-from fieldcam.tui.looks import Look, Pictures, ask_terminal, chosen_look
+from fieldcam.tui.looks import Look, PictureStyle, ask_terminal, chosen_look
 from fieldcam.tui.themes import CONSOLE
 from fieldcam.tui.widgets.cell_picture import HALF
 from fieldcam.tui.widgets.picture_view import PictureView
 from fieldcam.values import ImageU8, PixelFormat, Status
 
 WIDE = (160, 45)
-COLOURLESS = Look(Pictures.NONE, colour=False)
-ON_CONSOLE = Look(Pictures.CELLS, CONSOLE.name)
+COLOURLESS = Look(PictureStyle.NONE, colour=False)
+ON_CONSOLE = Look(PictureStyle.CELLS, CONSOLE.name)
 CONSOLE_GLYPHS = set(map(chr, range(0x20, 0x7F))) | set("█─│┌┐└┘←↑→↓±µ°\n")
 """What Debian's console fonts have of what a screen could want."""
 
@@ -37,13 +37,13 @@ CONSOLE_GLYPHS = set(map(chr, range(0x20, 0x7F))) | set("█─│┌┐└┘�
 @pytest.mark.parametrize(
     ("environ", "expected"),
     [
-        ({"TERM": "xterm-256color"}, Look(Pictures.SIXEL)),
-        ({"TERM": "xterm-256color", "FIELDCAM_PICTURES": "blocks"}, Look(Pictures.BLOCKS)),
-        ({"TERM": "xterm-256color", "FIELDCAM_PICTURES": "none"}, Look(Pictures.NONE)),
-        ({"TERM": "xterm-256color", "FIELDCAM_PICTURES": "odd"}, Look(Pictures.SIXEL)),
+        ({"TERM": "xterm-256color"}, Look(PictureStyle.SIXEL)),
+        ({"TERM": "xterm-256color", "FIELDCAM_PICTURES": "blocks"}, Look(PictureStyle.BLOCKS)),
+        ({"TERM": "xterm-256color", "FIELDCAM_PICTURES": "none"}, Look(PictureStyle.NONE)),
+        ({"TERM": "xterm-256color", "FIELDCAM_PICTURES": "odd"}, Look(PictureStyle.SIXEL)),
         ({"TERM": "linux"}, ON_CONSOLE),
         ({"TERM": "linux", "FIELDCAM_PICTURES": "sixel"}, ON_CONSOLE),
-        ({"TERM": "linux", "FIELDCAM_PICTURES": "none"}, Look(Pictures.NONE, CONSOLE.name)),
+        ({"TERM": "linux", "FIELDCAM_PICTURES": "none"}, Look(PictureStyle.NONE, CONSOLE.name)),
         ({"TERM": "xterm", "NO_COLOR": ""}, COLOURLESS),
         ({"TERM": "linux", "NO_COLOR": "1"}, COLOURLESS),
         ({"TERM": "dumb"}, COLOURLESS),
@@ -56,8 +56,8 @@ def test_the_look_follows_the_terminal(
     loaded: list[str] = []
     monkeypatch.setattr(looks, "find_spec", lambda name: object())
     monkeypatch.setattr(looks, "import_module", loaded.append)
-    assert chosen_look(environ, lambda: Pictures.SIXEL) == expected
-    assert loaded == ["textual_image.widget"] * (expected.pictures is Pictures.SIXEL)
+    assert chosen_look(environ, lambda: PictureStyle.SIXEL) == expected
+    assert loaded == ["textual_image.widget"] * (expected.pictures is PictureStyle.SIXEL)
 
 
 def test_what_is_asked_for_must_be_installed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,7 +71,7 @@ def test_only_a_terminal_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     # Would raise ImportError, or write to the terminal.
     monkeypatch.setitem(sys.modules, "textual_image", None)
     monkeypatch.setattr("sys.stdin.isatty", lambda: False)
-    assert ask_terminal() is Pictures.BLOCKS
+    assert ask_terminal() is PictureStyle.BLOCKS
 
 
 def test_the_terminal_says_what_it_can(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,7 +86,7 @@ def test_the_terminal_says_what_it_can(monkeypatch: pytest.MonkeyPatch) -> None:
     for known in ("tgp", "sixel", "halfcell"):
         vars(renderable).update(Image=known)
         found[known] = ask_terminal()
-    expected = (Pictures.KITTY, Pictures.SIXEL, Pictures.BLOCKS)
+    expected = (PictureStyle.KITTY, PictureStyle.SIXEL, PictureStyle.BLOCKS)
     assert tuple(found.values()) == expected
 
 
@@ -246,4 +246,4 @@ def test_pixels_are_left_to_the_library(tmp_path: Path, monkeypatch: pytest.Monk
         await driven.tell(spoiled(verdict(tmp_path, Status.ACCEPT), Path.unlink))
         assert "missing." in driven.text
 
-    drive(SMALL, script, Look(Pictures.SIXEL))
+    drive(SMALL, script, Look(PictureStyle.SIXEL))

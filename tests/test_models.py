@@ -13,8 +13,8 @@ from fieldcam.errors import BadInput, ModelMissing
 from fieldcam.models import (
     OWN_NETWORKS,
     SHIPPED_NETWORKS,
+    NetworkRole,
     Origin,
-    Role,
     add_model,
     find_models,
     verify_model,
@@ -121,7 +121,7 @@ def test_an_added_network_comes_before_the_shipped_one(shipped: Path, tmp_path: 
     own, data = tmp_path / "mine.onnx", tmp_path / "data"
     own.write_bytes(b"better weights")
     (tmp_path / "mine.onnx.json").write_text(json.dumps({"score_threshold": 0.7}))
-    add_model(Role.SEGMENTATION, own, data, shipped)
+    add_model(NetworkRole.SEGMENTATION, own, data, shipped)
     own.unlink()
     models = find_models(data, shipped)
     assert models.segmentation.origin is Origin.USER
@@ -137,7 +137,7 @@ def test_an_added_network_without_a_description_takes_over_the_settings(
 ) -> None:
     own, data = tmp_path / "mine.onnx", tmp_path / "data"
     own.write_bytes(b"better weights")
-    added = add_model(Role.STEREO, own, data, shipped)
+    added = add_model(NetworkRole.STEREO, own, data, shipped)
     assert added == find_models(data, shipped).stereo
     assert find_models(data, shipped).stereo.search_px == 32
 
@@ -145,7 +145,7 @@ def test_an_added_network_without_a_description_takes_over_the_settings(
 def test_two_added_networks_need_no_shipped_ones(shipped: Path, tmp_path: Path) -> None:
     own, data = tmp_path / "mine.onnx", tmp_path / "data"
     own.write_bytes(b"better weights")
-    for role in Role:
+    for role in NetworkRole:
         add_model(role, own, data, shipped)
     models = find_models(data, tmp_path / "nowhere")
     assert models.honesty == OWN_NETWORKS
@@ -157,7 +157,7 @@ def test_adding_nothing_is_refused(shipped: Path, tmp_path: Path, content: bytes
     if content is not None:
         own.write_bytes(content)
     with pytest.raises(BadInput):
-        add_model(Role.STEREO, own, data, shipped)
+        add_model(NetworkRole.STEREO, own, data, shipped)
     assert not data.exists()
 
 
@@ -166,5 +166,5 @@ def test_a_description_without_the_settings_is_refused(shipped: Path, tmp_path: 
     own.write_bytes(b"better weights")
     (tmp_path / "mine.onnx.json").write_text(json.dumps({"search_px": 20}))
     with pytest.raises(ModelMissing, match="multiple"):
-        add_model(Role.STEREO, own, data, shipped)
+        add_model(NetworkRole.STEREO, own, data, shipped)
     assert not data.exists()

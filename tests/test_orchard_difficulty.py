@@ -39,12 +39,12 @@ def visible_clouds(seed: int, clusters: int, index: int, day: float) -> dict[int
     """True surface points of the target's visible fruitlets, from a quarter-size view."""
     from fieldcam.simulator.capture import calibration_of, draw_shot
     from fieldcam.simulator.faults import Faults
-    from fieldcam.simulator.plan import Block
+    from fieldcam.simulator.plan import BlockPlan
     from fieldcam.simulator.render import Renderer
     from fieldcam.simulator.scene import build_scene
     from fieldcam.values import Region
 
-    block = Block.plan(seed, clusters)
+    block = BlockPlan.plan(seed, clusters)
     plan, full = block.clusters[index], calibration_of(block)
     scene = build_scene(plan, day)
     shot = draw_shot(plan, scene, day, 0, full, Faults())

@@ -9,7 +9,7 @@ import pytest
 from made_readings import TAG, grey_image, made_fruitlet, made_reading
 
 from fieldcam.report.ink import Canvas, Rect, Typeface
-from fieldcam.report.labels import Placed, Wish, place_labels
+from fieldcam.report.labels import PlacedLabel, Wish, place_labels
 from fieldcam.report.overlay import STATUS_COLOURS, TARGET, draw_overlay
 from fieldcam.values import (
     ClusterReading,
@@ -122,7 +122,7 @@ def wish(x: float, y: float, outwards: tuple[float, float] = (0.0, 0.0)) -> Wish
     return Wish((x, y), 20.0, outwards, 90.0, 30.0, (14.0, 30.0, 60.0, 90.0))
 
 
-def around(fruits: list[tuple[float, float]]) -> tuple[list[Placed], list[Rect]]:
+def around(fruits: list[tuple[float, float]]) -> tuple[list[PlacedLabel], list[Rect]]:
     discs = [Rect(x - 20, y - 20, x + 20, y + 20) for x, y in fruits]
     wishes = [wish(x, y, (x - 300, y - 300)) for x, y in fruits]
     return place_labels(wishes, Rect(0, 0, 600, 600), discs), discs

@@ -158,12 +158,12 @@ def test_a_black_or_white_frame_has_a_reason(grey: int) -> None:
 @pytest.mark.parametrize("share", [0.2, 1.0])
 def test_the_simulators_leaf_hides_the_tag_from_both_eyes(share: float) -> None:
     pytest.importorskip("embreex")
-    from fieldcam.simulator import Block, Faults
+    from fieldcam.simulator import BlockPlan, Faults
     from fieldcam.simulator.capture import calibration_of, draw_shot
     from fieldcam.simulator.scene import build_scene, with_covered_tag
     from fieldcam.simulator.sightline import hiding_the_tag
 
-    block = Block.plan(6_000_090, 1)
+    block = BlockPlan.plan(6_000_090, 1)
     plan, camera = block.clusters[0], calibration_of(block)
     covered = with_covered_tag(build_scene(plan, 0.0), share)
     shot = draw_shot(plan, covered, 0.0, 0, camera, Faults())

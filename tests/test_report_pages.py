@@ -12,12 +12,12 @@ from planned_blocks import Measuring, measured_block
 from test_evaluation_report import FOUND
 
 from fieldcam.growth.outlook import outlook
-from fieldcam.growth.records import Source
+from fieldcam.growth.records import SizeSource
 from fieldcam.growth.size_order import in_size_order
 from fieldcam.report.evaluation_page import evaluation_page
 from fieldcam.report.growth_page import growth_page
 from fieldcam.report.page import element, figure, listing, section, table
-from fieldcam.simulator.plan import Block
+from fieldcam.simulator.plan import BlockPlan
 
 PHONE_PX = 390
 CHROMIUM = shutil.which("chromium") or ""
@@ -33,7 +33,7 @@ onload = () => {
 
 
 def growth() -> str:
-    record = measured_block(Block.plan(5, 12), Measuring(Source.CALIPERS, (0, 4, 8)), 1)
+    record = measured_block(BlockPlan.plan(5, 12), Measuring(SizeSource.CALIPERS, (0, 4, 8)), 1)
     return growth_page(outlook(record, in_size_order(record)))
 
 

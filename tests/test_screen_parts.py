@@ -18,7 +18,7 @@ from fieldcam.tui.sound import Bell, Player, Silence, Tune, chosen_sound, waves
 from fieldcam.tui.text.letters import HEIGHT, big, shape
 from fieldcam.tui.text.telling import banner, lights, sizes_heading
 from fieldcam.tui.widgets.cell_picture import full_cells, half_blocks
-from fieldcam.tui.widgets.picture import OUTLINE, STRUCK, Frame, colours, frame_of, shrink, still
+from fieldcam.tui.widgets.picture import OUTLINE, STRUCK, Cutout, colours, frame_of, shrink, still
 from fieldcam.values import PixelFormat, Reason, ReasonCode, Status, Verdict
 
 LEAST_CONTRAST = 7.0
@@ -103,21 +103,21 @@ def test_shapes_are_as_high_as_letters(name: str) -> None:
 
 def test_a_small_picture_is_made_of_block_means() -> None:
     image = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)
-    small = shrink(image, Frame(0, 0, 2), (3, 2))
+    small = shrink(image, Cutout(0, 0, 2), (3, 2))
     np.testing.assert_array_equal(
         small, image.reshape(2, 2, 3, 2, 3).mean(axis=(1, 3)).astype(np.uint8)
     )
 
 
 def test_outside_the_picture_it_is_black() -> None:
-    small = shrink(np.full((4, 4, 3), 9, np.uint8), Frame(-2, -2, 2), (4, 4))
+    small = shrink(np.full((4, 4, 3), 9, np.uint8), Cutout(-2, -2, 2), (4, 4))
     expected = np.zeros((4, 4), bool)
     expected[1:3, 1:3] = True
     np.testing.assert_array_equal(small.any(axis=2), expected)
 
 
 def test_a_picture_of_fewer_pixels_than_cells_repeats_them() -> None:
-    small = shrink(np.full((6, 8, 3), 9, np.uint8), Frame(0, 0, 0.2), (40, 30))
+    small = shrink(np.full((6, 8, 3), 9, np.uint8), Cutout(0, 0, 0.2), (40, 30))
     assert small.shape == (30, 40, 3) and (small == 9).all()
 
 
@@ -154,7 +154,7 @@ def test_the_picture_shows_the_target_and_its_outlines(tmp_path: Path) -> None:
 
 
 def test_without_a_reading_the_whole_picture_is_shown() -> None:
-    assert frame_of(None, (640, 480), (40, 30)) == Frame(0, 0, 16)
+    assert frame_of(None, (640, 480), (40, 30)) == Cutout(0, 0, 16)
 
 
 def test_cells_of_a_picture() -> None:

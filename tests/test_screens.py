@@ -13,8 +13,7 @@ from screens import LARGE, SMALL, Driven, check_golden, drive
 from textual.color import Color
 from textual.widgets import Input
 
-from fieldcam.analysis.status import State
-from fieldcam.analysis.status import Status as AnalysisStatus
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus
 from fieldcam.errors import CameraUnplugged, StorageFull
 from fieldcam.session.commands import (
     Accept,
@@ -123,12 +122,14 @@ def test_states_without_a_verdict(size: tuple[int, int], tmp_path: Path) -> None
         "Skipped: tag 22. O goes there": replace(AIM, tag_id=None, next_tag=None, progress=None),
         "Saved. It is being read": saved,
         "The analysis is off: I then R starts it again. It died.": replace(
-            saved, analysis=AnalysisStatus(State.STOPPED, last_error="It died.")
+            saved, analysis=AnalysisStatus(AnalysisState.STOPPED, last_error="It died.")
         ),
         "The analysis starts again and then reads it": replace(
-            saved, analysis=AnalysisStatus(State.RESTARTING)
+            saved, analysis=AnalysisStatus(AnalysisState.RESTARTING)
         ),
-        "1 to read, analysis off": replace(AIM, waiting=1, analysis=AnalysisStatus(State.STOPPED)),
+        "1 to read, analysis off": replace(
+            AIM, waiting=1, analysis=AnalysisStatus(AnalysisState.STOPPED)
+        ),
         "1 skipped  1 not read  next 21": replace(AIM, failed=1),
         "Not read: It hung. I then R reads it again.": replace(
             AIM, shown=shown_with(tmp_path, failure="It hung.")

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 pytest.importorskip("embreex", reason="the simulator extra is not installed")
 
 from fieldcam.simulator.capture import CALIBRATIONS, _raw_pair, draw_shot, expose
-from fieldcam.simulator.faults import Fault, Faults
-from fieldcam.simulator.mesh import Part, join
-from fieldcam.simulator.plan import Block
+from fieldcam.simulator.faults import Faults, Spoiling
+from fieldcam.simulator.mesh import MeshPart, join
+from fieldcam.simulator.plan import BlockPlan
 from fieldcam.simulator.render import EyeView, Renderer
 from fieldcam.simulator.scene import build_scene
 from fieldcam.simulator.shapes import fruitlet
@@ -36,7 +36,7 @@ def left(renderer: Renderer) -> EyeView:
 
 
 def posed(seed: int) -> Renderer:
-    plan = Block.plan(seed, 1).clusters[0]
+    plan = BlockPlan.plan(seed, 1).clusters[0]
     scene = build_scene(plan, 0.0)
     shot = draw_shot(plan, scene, 0.0, 0, CALIBRATION, Faults())
     return Renderer(scene, shot.pose, CALIBRATION, shot.light)
@@ -44,12 +44,12 @@ def posed(seed: int) -> Renderer:
 
 @given(seed=st.integers(0, 10**6))
 def test_a_block_is_the_same_from_the_same_seed(seed: int) -> None:
-    assert Block.plan(seed, 3) == Block.plan(seed, 3)
+    assert BlockPlan.plan(seed, 3) == BlockPlan.plan(seed, 3)
 
 
 @given(seed=st.integers(0, 10**6), day=st.floats(0, 10))
 def test_fruitlets_keep_within_what_the_field_shows(seed: int, day: float) -> None:
-    for cluster in Block.plan(seed, 2).clusters:
+    for cluster in BlockPlan.plan(seed, 2).clusters:
         assert 3 <= len(cluster.fruitlets) <= 7
         for one in cluster.fruitlets:
             assert one.diameter_mm(day + 1) >= one.diameter_mm(day) >= 4.0
@@ -58,7 +58,7 @@ def test_fruitlets_keep_within_what_the_field_shows(seed: int, day: float) -> No
 
 
 def test_late_growth_tells_persisting_fruitlets_and_early_growth_does_not() -> None:
-    fruitlets = [f for s in range(80) for c in Block.plan(s, 5).clusters for f in c.fruitlets]
+    fruitlets = [f for s in range(80) for c in BlockPlan.plan(s, 5).clusters for f in c.fruitlets]
     stay = np.array([f.persists for f in fruitlets])
     early = np.array([f.early_rate_mm_per_day for f in fruitlets])
     late = np.array([f.late_rate_mm_per_day for f in fruitlets])
@@ -79,7 +79,8 @@ def test_short_axis_of_a_silhouette_is_the_diameter(view: tuple[float, float, fl
 
 def test_scenes_stay_within_the_triangle_budget() -> None:
     counts = [
-        len(join(build_scene(Block.plan(s, 1).clusters[0], 0).meshes).triangles) for s in range(6)
+        len(join(build_scene(BlockPlan.plan(s, 1).clusters[0], 0).meshes).triangles)
+        for s in range(6)
     ]
     assert max(counts) <= 300_000
 
@@ -126,7 +127,7 @@ def test_visible_masks_lie_inside_whole_ones_and_do_not_overlap(
 
 
 def test_equal_seeds_give_equal_pixels() -> None:
-    plan = Block.plan(5, 1).clusters[0]
+    plan = BlockPlan.plan(5, 1).clusters[0]
     scene = build_scene(plan, 2.0)
     region = Region(600, 400, 680, 480)
     pictures = []
@@ -139,9 +140,9 @@ def test_equal_seeds_give_equal_pixels() -> None:
     assert np.array_equal(pictures[0][1], pictures[1][1])
 
 
-@pytest.mark.parametrize(("kind", "darker"), [(Fault.DARK, True), (Fault.OVEREXPOSED, False)])
-def test_faults_change_the_exposure_in_order_of_severity(kind: Fault, darker: bool) -> None:
-    plan = Block.plan(5, 1).clusters[0]
+@pytest.mark.parametrize(("kind", "darker"), [(Spoiling.DARK, True), (Spoiling.OVEREXPOSED, False)])
+def test_faults_change_the_exposure_in_order_of_severity(kind: Spoiling, darker: bool) -> None:
+    plan = BlockPlan.plan(5, 1).clusters[0]
     scene = build_scene(plan, 0.0)
     exposures = [
         draw_shot(plan, scene, 0.0, 0, CALIBRATION, Faults(kind, s)).sensor.exposure
@@ -165,6 +166,8 @@ def test_the_printed_tag_reads_as_its_id() -> None:
 
 def test_the_scene_has_all_that_the_field_has() -> None:
     parts = {
-        Part(m.part) for s in range(4) for m in build_scene(Block.plan(s, 1).clusters[0], 0).meshes
+        MeshPart(m.part)
+        for s in range(4)
+        for m in build_scene(BlockPlan.plan(s, 1).clusters[0], 0).meshes
     }
-    assert parts == set(Part)
+    assert parts == set(MeshPart)

@@ -15,7 +15,7 @@ from fieldcam.vision.segmentation import is_cut
 from fieldcam.vision.sizing.covers import covers
 from fieldcam.vision.sizing.diameters import (
     Observation,
-    Size,
+    SizedOutline,
     size_by_paper,
     size_fruitlet,
 )
@@ -31,7 +31,7 @@ def observations(drawn: Drawn) -> list[Observation]:
     ]
 
 
-def sizes(drawn: Drawn) -> list[Size]:
+def sizes(drawn: Drawn) -> list[SizedOutline]:
     return [size_fruitlet(o, CAMERA) for o in observations(drawn)]
 
 
@@ -53,7 +53,7 @@ def scattered(count: int, seed: int = 0) -> list[Fruit]:
     return fruits
 
 
-def errors(fruits: Sequence[Fruit], results: Sequence[Size]) -> list[float]:
+def errors(fruits: Sequence[Fruit], results: Sequence[SizedOutline]) -> list[float]:
     assert all(r.diameter_mm is not None for r in results)
     return [
         r.diameter_mm - f.diameter_mm

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from made_readings import TAG, disc_mask, encoded, made_fruitlet, made_reading
 from stored_walks import FIRST_DAY, MadeWalk, facts_without_rows, small_store
 
+from fieldcam.growth.places import MatchWord as Match
 from fieldcam.growth.places import Place
-from fieldcam.growth.places import Word as Match
 from fieldcam.session.over_days.growing import block_rows, cluster_rows, followed_cluster, word_row
 from fieldcam.store.clock import machine_id
 from fieldcam.store.connection import connect, rows

@@ -22,7 +22,7 @@ from fieldcam.store.folder import DataKind
 from fieldcam.store.identity import identify
 from fieldcam.store.migrations import migrate, steps, version_of
 from fieldcam.store.queries.resuming import saved_capture, waiting_for_analysis
-from fieldcam.store.recovery.integrity import Fault, full_check, rehash
+from fieldcam.store.recovery.integrity import FileFault, full_check, rehash
 from fieldcam.store.recovery.startup import startup_check
 from fieldcam.store.rows.judgements import Note
 from fieldcam.store.space import Space
@@ -94,7 +94,7 @@ def test_files_that_make_no_pair_stay_as_they_are(tmp_path: Path) -> None:
         assert startup_check(store).taken_up.loose == ()
         assert startup_check(store).sentences == ()
         single.write_bytes(b"")
-        assert startup_check(store).problems[0].fault is Fault.CHANGED
+        assert startup_check(store).problems[0].fault is FileFault.CHANGED
 
 
 def test_temporary_files_are_swept_unless_someone_writes(tmp_path: Path) -> None:
@@ -132,10 +132,10 @@ def flip_a_byte(path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("harm", "fault"),
-    [(delete, Fault.MISSING), (flip_a_byte, Fault.CHANGED)],
+    [(delete, FileFault.MISSING), (flip_a_byte, FileFault.CHANGED)],
 )
 def test_a_missing_or_changed_image_is_reported(
-    tmp_path: Path, harm: Callable[[Path], None], fault: Fault
+    tmp_path: Path, harm: Callable[[Path], None], fault: FileFault
 ) -> None:
     with small_store(tmp_path) as store:
         saved = store.save(raw_pair())

@@ -14,9 +14,9 @@ from stored_walks import MadeWalk, raw_pair, small_store
 
 from fieldcam.errors import ExitCode
 from fieldcam.exchange.calipers.wide import wide_table
-from fieldcam.growth.records import Source
+from fieldcam.growth.records import SizeSource
 from fieldcam.session.over_days.days import block_days, cluster_days
-from fieldcam.simulator.plan import Block as PlannedBlock
+from fieldcam.simulator.plan import BlockPlan as PlannedBlock
 from fieldcam.store.rows.judgements import Action, Decision
 from fieldcam.store.rows.orchard import Block
 
@@ -141,7 +141,9 @@ def test_a_page_can_be_had_without_the_pictures_files(
 
 def test_a_caliper_table_has_a_page_too(capsys: Capture, tmp_path: Path) -> None:
     table = tmp_path / "gala.csv"
-    record = measured_block(PlannedBlock.plan(61, 20), Measuring(Source.CALIPERS, (0, 4, 8)), 61)
+    record = measured_block(
+        PlannedBlock.plan(61, 20), Measuring(SizeSource.CALIPERS, (0, 4, 8)), 61
+    )
     table.write_text(wide_table(record))
     page = tmp_path / "gala.html"
     plan = ("--bloom-clusters", 100, "--target", 1, "--sprayed", "2026-05-11")

@@ -15,10 +15,10 @@ from fieldcam.report.pdf import POINTS_PER_MM, pdf_document
 from fieldcam.report.tag_sheets import (
     MARGIN_MM,
     RULER_HEIGHT_MM,
-    Layout,
     Paper,
+    PaperSheet,
     Rectangle,
-    Sheet,
+    SheetLayout,
     tag_sheets,
 )
 from fieldcam.values import TAG_SIZE_MM, Floats, ImageU8, TagPose
@@ -54,7 +54,7 @@ def sides_px(tag: TagPose) -> Floats:
     ("paper", "size_mm"), [(Paper.A4, TAG_SIZE_MM), (Paper.LETTER, 20.0), (Paper.A4, 100.0)]
 )
 def test_every_tag_of_the_file_is_read_at_its_size(paper: Paper, size_mm: float) -> None:
-    layout = Layout(paper, size_mm)
+    layout = SheetLayout(paper, size_mm)
     count = layout.per_page + 1
     document = pdf_document(tag_sheets(40, count, layout), paper)
     found = [tag for page in pages(document) for tag in detect_tags(drawn(page, paper))]
@@ -68,7 +68,7 @@ def test_every_tag_of_the_file_is_read_at_its_size(paper: Paper, size_mm: float)
 
 
 def test_numbers_stand_under_their_tags() -> None:
-    layout = Layout(Paper.A4, TAG_SIZE_MM)
+    layout = SheetLayout(Paper.A4, TAG_SIZE_MM)
     (sheet,) = tag_sheets(7, 3, layout)
     image = drawn(list(sheet.rectangles), Paper.A4)
     labels = {line.text: line for line in sheet.texts if line.height_mm == 4.0}
@@ -84,7 +84,7 @@ def test_numbers_stand_under_their_tags() -> None:
 
 def test_all_lies_within_the_margins_and_white_surrounds_each_tag() -> None:
     for paper, size_mm in ((Paper.A4, TAG_SIZE_MM), (Paper.LETTER, 5.0), (Paper.LETTER, 127.0)):
-        layout = Layout(paper, size_mm)
+        layout = SheetLayout(paper, size_mm)
         columns, _ = layout.grid
         for place in range(layout.per_page):
             x_mm, y_mm = layout.corner_mm(place)
@@ -95,7 +95,7 @@ def test_all_lies_within_the_margins_and_white_surrounds_each_tag() -> None:
 
 
 def test_the_ruler_is_100_mm_long() -> None:
-    (sheet,) = tag_sheets(0, 1, Layout(Paper.LETTER, TAG_SIZE_MM))
+    (sheet,) = tag_sheets(0, 1, SheetLayout(Paper.LETTER, TAG_SIZE_MM))
     low = [box for box in sheet.rectangles if box.y_mm < MARGIN_MM + RULER_HEIGHT_MM / 2]
     ticks = sorted(box.x_mm + box.width_mm / 2 for box in low if box.width_mm < 1)
     np.testing.assert_allclose(ticks, MARGIN_MM + np.arange(101))
@@ -107,7 +107,7 @@ def test_the_ruler_is_100_mm_long() -> None:
 
 @pytest.mark.parametrize("paper", list(Paper))
 def test_the_file_is_a_pdf_whose_table_is_right(paper: Paper) -> None:
-    layout = Layout(paper, TAG_SIZE_MM)
+    layout = SheetLayout(paper, TAG_SIZE_MM)
     document = pdf_document(tag_sheets(0, 2 * layout.per_page + 1, layout), paper)
     assert document.startswith(b"%PDF-1.4\n") and document.endswith(b"%%EOF\n")
     assert document.count(b"/Type /Page ") == 3 and b"/Count 3 " in document
@@ -131,7 +131,7 @@ def test_the_file_is_a_pdf_whose_table_is_right(paper: Paper) -> None:
 
 @pytest.mark.parametrize(("cards", "crosses"), [(1, 4), (3, 8), (4, 10), (5, 12), (12, 20)])
 def test_crosses_stand_at_cards_only(cards: int, crosses: int) -> None:
-    layout = Layout(Paper.A4, TAG_SIZE_MM)
+    layout = SheetLayout(Paper.A4, TAG_SIZE_MM)
     assert layout.grid[0] == 4
     (sheet,) = tag_sheets(0, cards, layout)
     middles = {
@@ -152,14 +152,14 @@ def test_crosses_stand_at_cards_only(cards: int, crosses: int) -> None:
 def test_text_cannot_break_out_of_its_string() -> None:
     from fieldcam.report.tag_sheets import Text
 
-    sheet = Sheet((), (Text(1, 1, 3, "a) Tj (b\\"),))
+    sheet = PaperSheet((), (Text(1, 1, 3, "a) Tj (b\\"),))
     assert rb"(a\) Tj \(b\\) Tj ET" in pdf_document([sheet], Paper.A4)
 
 
 @pytest.mark.parametrize("size_mm", [1.0, 4.9, 150.0, 1e9])
 def test_a_size_that_no_paper_takes_is_refused(size_mm: float) -> None:
     with pytest.raises(BadInput, match="cannot be printed"):
-        tag_sheets(0, 1, Layout(Paper.A4, size_mm))
+        tag_sheets(0, 1, SheetLayout(Paper.A4, size_mm))
 
 
 def test_the_command_says_what_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

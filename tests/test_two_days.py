@@ -16,7 +16,7 @@ from made_tracks import tracked_by_id
 from screens import LARGE, SMALL, Driven, check_golden, drive
 from stored_walks import FIRST_DAY, MadeWalk, small_store
 
-from fieldcam.growth.places import Place, Track, TrackedVisit, Word
+from fieldcam.growth.places import MatchWord, Place, Track, TrackedVisit
 from fieldcam.growth.records import Presence, Sighting
 from fieldcam.session.commands import MatchFruit, NameFruit, UndoMatch
 from fieldcam.session.events import Done
@@ -24,7 +24,7 @@ from fieldcam.session.over_days.growing import FollowedCluster, word_row
 from fieldcam.session.state import Shown, WalkState
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.space import Space
-from fieldcam.tui.looks import Look, Pictures
+from fieldcam.tui.looks import Look, PictureStyle
 from fieldcam.tui.screens.pair_changes import told_changes
 from fieldcam.tui.screens.pair_sketch import TwoStills
 from fieldcam.tui.screens.pairs import PairRow, pair_lines, pairs_of, said_word
@@ -33,7 +33,7 @@ from fieldcam.tui.widgets.picture_view import PictureView
 from fieldcam.tui.widgets.sketch import Label, Painted, stamped
 
 SIZES = pytest.mark.parametrize("size", [SMALL, LARGE], ids=["80x24", "120x40"])
-WORDS = Look(Pictures.NONE)
+WORDS = Look(PictureStyle.NONE)
 
 
 @dataclass
@@ -70,7 +70,7 @@ def test_two_days_side_by_side(walked: Walked, size: tuple[int, int], look: Look
     async def script(driven: Driven) -> None:
         await driven.tell(walked.state)
         await driven.press("v", "t", "down")
-        name = "two-days" if look.pictures is Pictures.BLOCKS else "two-days-words"
+        name = "two-days" if look.pictures is PictureStyle.BLOCKS else "two-days-words"
         check_golden(f"{name}-{size[0]}x{size[1]}", driven.text)
         await driven.press("t")
         assert driven.text.startswith(" Cluster")
@@ -94,11 +94,11 @@ def test_one_key_says_who_a_fruitlet_is(walked: Walked) -> None:
 
     one, other = walked.one, walked.other
     assert drive(SMALL, script).walk.asked == [
-        MatchFruit(Word(Place(one, 0), Place(other, 1))),
-        MatchFruit(Word(Place(one, 1), None, other)),
+        MatchFruit(MatchWord(Place(one, 0), Place(other, 1))),
+        MatchFruit(MatchWord(Place(one, 1), None, other)),
         # From the last row, whose fruitlet the later picture does not show.
-        MatchFruit(Word(Place(one, 4), Place(other, 2))),
-        MatchFruit(Word(Place(one, 4), None, other)),
+        MatchFruit(MatchWord(Place(one, 4), Place(other, 2))),
+        MatchFruit(MatchWord(Place(one, 4), None, other)),
         UndoMatch(11),
     ]
 
@@ -113,7 +113,7 @@ def test_what_was_said_is_shown_and_nothing_is_followed_twice(
         return tracked_by_id(cluster)
 
     monkeypatch.setattr("fieldcam.tui.screens.followed.tracks_of", counting)
-    word = Word(Place(walked.one, 2), Place(walked.other, 2))
+    word = MatchWord(Place(walked.one, 2), Place(walked.other, 2))
 
     async def script(driven: Driven) -> None:
         await driven.tell(walked.state)
@@ -125,7 +125,7 @@ def test_what_was_said_is_shown_and_nothing_is_followed_twice(
         await driven.tell(walked.state)
         assert ">  3    C 11.00    C 11.00   +0.00    by hand" in driven.text
         assert followed == [0, 1]
-        walked.made.store.append(word_row(Word(Place(walked.one, 4), None, walked.other)))
+        walked.made.store.append(word_row(MatchWord(Place(walked.one, 4), None, walked.other)))
         await driven.tell(walked.state)
         await driven.press("down", "down")
         (line,) = (line for line in driven.text.splitlines() if ">  5 " in line)
@@ -160,7 +160,7 @@ def test_what_a_word_changes_for_others_is_told(
     walked: Walked, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("fieldcam.tui.screens.followed.tracks_of", matched)
-    word = Word(Place(walked.one, 0), Place(walked.other, 1))
+    word = MatchWord(Place(walked.one, 0), Place(walked.other, 1))
 
     async def script(driven: Driven) -> None:
         await driven.tell(walked.state)
@@ -217,7 +217,7 @@ def test_clicks_choose_on_the_left_and_match_on_the_right(walked: Walked) -> Non
             await driven.settle()
         assert ">  4" in driven.text
 
-    word = Word(Place(walked.one, 3), Place(walked.other, 2))
+    word = MatchWord(Place(walked.one, 3), Place(walked.other, 2))
     assert drive(LARGE, script).walk.asked == [MatchFruit(word)]
 
 
@@ -317,16 +317,16 @@ def test_what_a_key_says(tmp_path: Path, walked: Walked) -> None:
 
     rows = (row(1, 0, 5), row(2, 1, None), row(3, None, 6))
     expected = {
-        (1, 1): Word(Place("one", 0), Place("other", 5)),
-        (1, 3): Word(Place("one", 0), Place("other", 6)),
+        (1, 1): MatchWord(Place("one", 0), Place("other", 5)),
+        (1, 3): MatchWord(Place("one", 0), Place("other", 6)),
         (1, 2): None,
-        (1, 0): Word(Place("one", 0), None, "other"),
-        (2, 3): Word(Place("one", 1), Place("other", 6)),
+        (1, 0): MatchWord(Place("one", 0), None, "other"),
+        (2, 3): MatchWord(Place("one", 1), Place("other", 6)),
         (2, 2): None,
-        (2, 0): Word(Place("one", 1), None, "other"),
-        (3, 1): Word(Place("one", 0), Place("other", 6)),
-        (3, 2): Word(Place("one", 1), Place("other", 6)),
-        (3, 0): Word(Place("other", 6), None, "one"),
+        (2, 0): MatchWord(Place("one", 1), None, "other"),
+        (3, 1): MatchWord(Place("one", 0), Place("other", 6)),
+        (3, 2): MatchWord(Place("one", 1), Place("other", 6)),
+        (3, 0): MatchWord(Place("other", 6), None, "one"),
         (4, 1): None,
         (1, 9): None,
     }
@@ -382,4 +382,4 @@ def test_every_cluster_with_pictures_is_reached_without_a_route(walked: Walked) 
     (measured, matched) = drive(SMALL, script).walk.asked
     assert isinstance(measured, NameFruit)
     assert measured == NameFruit(measured.capture, 0, "fl3", 9.5)
-    assert matched == MatchFruit(Word(Place(one, 0), Place(other, 1)))
+    assert matched == MatchFruit(MatchWord(Place(one, 0), Place(other, 1)))

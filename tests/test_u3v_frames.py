@@ -22,7 +22,7 @@ from fieldcam.camera.usb3vision.blocks import (
     trailer_at_end,
 )
 from fieldcam.camera.usb3vision.bootstrap import Sirm
-from fieldcam.camera.usb3vision.frames import Frame, FramePool
+from fieldcam.camera.usb3vision.frames import FramePool, UsbFrame
 from fieldcam.camera.usb3vision.transfer_plan import plan_transfers
 from fieldcam.camera.usb3vision.transport import (
     EndpointStalled,
@@ -48,11 +48,11 @@ def block(block_id: int, payload: bytes = PAYLOAD) -> list[bytes]:
 
 def assembled(
     transfers: Sequence[bytes | TransferFault], assembler: FrameAssembler | None = None
-) -> list[Frame | SpoiledFrame]:
+) -> list[UsbFrame | SpoiledFrame]:
     """All that comes out of a stream of these transfers."""
     assembler = assembler or FrameAssembler(PLAN, FramePool(PLAN.capacity, 2))
     pipe = ScriptedStream(transfers)
-    outcomes: list[Frame | SpoiledFrame | None] = []
+    outcomes: list[UsbFrame | SpoiledFrame | None] = []
     while pipe.packets:
         window = assembler.window()
         assert len(window)
@@ -63,12 +63,12 @@ def assembled(
     return [outcome for outcome in outcomes if outcome is not None]
 
 
-def told(outcomes: list[Frame | SpoiledFrame]) -> list[tuple[int, bool]]:
+def told(outcomes: list[UsbFrame | SpoiledFrame]) -> list[tuple[int, bool]]:
     """Block id and whether it came whole, bytes compared."""
     for outcome in outcomes:
-        if isinstance(outcome, Frame):
+        if isinstance(outcome, UsbFrame):
             assert outcome.payload.tobytes() == PAYLOAD
-    return [(outcome.block_id, isinstance(outcome, Frame)) for outcome in outcomes]
+    return [(outcome.block_id, isinstance(outcome, UsbFrame)) for outcome in outcomes]
 
 
 def test_leaders_and_trailers_are_parsed() -> None:
@@ -147,8 +147,8 @@ def test_frames_of_any_length_come_whole(length: int, ending: str) -> None:
     sent = [leader(3, length, 1), *data, trailer(3, length, 1)]
     assembler = FrameAssembler(plan, FramePool(plan.capacity, 1))
     outcomes = assembled([*sent, *sent], assembler)
-    assert [type(outcome) for outcome in outcomes] == [Frame, Frame]
-    assert all(isinstance(o, Frame) and o.payload.tobytes() == payload for o in outcomes)
+    assert [type(outcome) for outcome in outcomes] == [UsbFrame, UsbFrame]
+    assert all(isinstance(o, UsbFrame) and o.payload.tobytes() == payload for o in outcomes)
 
 
 def test_a_trailer_behind_whole_packets_does_not_count_as_data() -> None:
@@ -206,7 +206,7 @@ def test_finding_the_next_leader_takes_few_reads() -> None:
     outcomes = []
     while pipe.packets:
         outcomes.append(assembler.received(pipe.read(assembler.window(), 1.0), 0))
-    assert isinstance(outcomes[-1], Frame)
+    assert isinstance(outcomes[-1], UsbFrame)
     assert len(outcomes) < 12
 
 
@@ -215,7 +215,7 @@ def test_a_leader_inside_the_data_is_data() -> None:
     payload[TRANSFER : TRANSFER + 52] = leader(8, 2, 2)
     payload[-40:-8] = trailer(2, 6, 2)
     (outcome,) = assembled(list(block(1, bytes(payload))))
-    assert isinstance(outcome, Frame)
+    assert isinstance(outcome, UsbFrame)
     assert outcome.payload.tobytes() == bytes(payload)
 
 
@@ -223,7 +223,7 @@ def test_lost_blocks_are_counted_by_their_ids() -> None:
     assembler = FrameAssembler(PLAN, FramePool(PLAN.capacity, 2))
     sent = [*block(1), *block(2), *block(5), *block(0), *block(1)]
     outcomes = assembled(list(sent), assembler)
-    assert [o.lost_before for o in outcomes if isinstance(o, Frame)] == [0, 0, 2, 0, 0]
+    assert [o.lost_before for o in outcomes if isinstance(o, UsbFrame)] == [0, 0, 2, 0, 0]
     assert assembler.counts.lost == 2
     assert assembler.counts.frames == 5
 
@@ -245,10 +245,10 @@ def test_fuzz_after_any_transfers_the_second_next_frame_comes_whole(
 ) -> None:
     outcomes = assembled([*noise, *block(100), *block(101)])
     last = outcomes[-1]
-    assert isinstance(last, Frame)
+    assert isinstance(last, UsbFrame)
     assert (last.block_id, last.payload.tobytes()) == (101, PAYLOAD)
     for outcome in outcomes:
-        if isinstance(outcome, Frame):
+        if isinstance(outcome, UsbFrame):
             assert len(outcome.payload) == len(PAYLOAD)
 
 

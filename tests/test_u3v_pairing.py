@@ -18,9 +18,9 @@ from fieldcam.camera.usb3vision.pairing import (
     AlternatePairing,
     ComponentPairing,
     Eye,
+    EyeLayout,
     EyePair,
     Half,
-    Layout,
     TwinPairing,
     raw_pair,
     split,
@@ -221,10 +221,10 @@ def test_alternate_blocks_pair_with_their_neighbour_only(
 
 
 @pytest.mark.parametrize(
-    ("layout", "shape"), [(Layout.SIDE_BY_SIDE, (6, 8)), (Layout.STACKED, (8, 6))]
+    ("layout", "shape"), [(EyeLayout.SIDE_BY_SIDE, (6, 8)), (EyeLayout.STACKED, (8, 6))]
 )
 def test_one_image_of_both_eyes_is_split_without_a_copy(
-    layout: Layout, shape: tuple[int, int]
+    layout: EyeLayout, shape: tuple[int, int]
 ) -> None:
     image: ImageU8 = np.arange(48, dtype=np.uint8).reshape(shape)
     both = split(Half(image, PixelFormat.BAYER_RG8, 3, 99), layout)
@@ -249,10 +249,10 @@ def test_an_image_is_split_only_where_both_halves_begin_alike(
 ) -> None:
     each = half(0, 0, shape=(4, width), pixel_format=pixel_format)
     if fits:
-        assert split(each, Layout.SIDE_BY_SIDE).left.image.shape == (4, width // 2)
+        assert split(each, EyeLayout.SIDE_BY_SIDE).left.image.shape == (4, width // 2)
     else:
         with pytest.raises(CameraUnsupported, match=f"{width} pixels long"):
-            split(each, Layout.SIDE_BY_SIDE)
+            split(each, EyeLayout.SIDE_BY_SIDE)
 
 
 def test_a_pair_becomes_what_the_store_takes() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fieldcam.camera.usb3vision.blocks import ImageInfo
-from fieldcam.camera.usb3vision.frames import Frame
+from fieldcam.camera.usb3vision.frames import UsbFrame
 from fieldcam.camera.usb3vision.pixels import CODINGS, decode
 from fieldcam.errors import CameraUnsupported
 from fieldcam.values import PixelFormat
@@ -53,10 +53,10 @@ def stored(values: list[int], coding: str) -> bytes:
     return b"".join(value.to_bytes(-(-bits // 8), "little") for value in values)
 
 
-def frame(payload: bytes, pixel_format: int, width: int, height: int, padding: int = 0) -> Frame:
+def frame(payload: bytes, pixel_format: int, width: int, height: int, padding: int = 0) -> UsbFrame:
     info = ImageInfo(pixel_format, width, height, 0, 0, padding)
     memory = np.frombuffer(payload, np.uint8)
-    return Frame(1, 0, 0, 1, info, memory, 0)
+    return UsbFrame(1, 0, 0, 1, info, memory, 0)
 
 
 @given(st.sampled_from(ALL), st.integers(1, 4), st.integers(1, 4), st.data())
@@ -103,10 +103,10 @@ def test_eight_bit_images_are_not_copied(value: int, padding: int) -> None:
         (frame(bytes(64), 0x010C0059, 3, 3), "3 x 3 pixels"),
         (frame(bytes(64), 0x01080009, 0, 8), "0 x 8 pixels"),
         (frame(bytes(64), 0x01080009, 8, 0), "8 x 0 pixels"),
-        (Frame(1, 0, 0, 0x1001, None, np.zeros(8, np.uint8), 0), "type 0x1001"),
+        (UsbFrame(1, 0, 0, 0x1001, None, np.zeros(8, np.uint8), 0), "type 0x1001"),
     ],
 )
-def test_what_is_no_image_is_refused(received: Frame, words: str) -> None:
+def test_what_is_no_image_is_refused(received: UsbFrame, words: str) -> None:
     with pytest.raises(CameraUnsupported, match=words):
         decode(received)
 

@@ -17,7 +17,7 @@ from scripted_usb import ScriptedControl, ScriptedStream, leader, trailer
 from fieldcam.camera.usb3vision import stream
 from fieldcam.camera.usb3vision.bootstrap import Eirm, Sbrm
 from fieldcam.camera.usb3vision.channel import ControlChannel
-from fieldcam.camera.usb3vision.events import Event, EventChannel, parse_event
+from fieldcam.camera.usb3vision.events import CameraEvent, EventChannel, parse_event
 from fieldcam.camera.usb3vision.gencp import MalformedPacket
 from fieldcam.camera.usb3vision.stream import MOST_FAULTS, ImageStream
 from fieldcam.camera.usb3vision.transport import (
@@ -184,7 +184,7 @@ def event(number: int, timestamp_ns: int, data: bytes) -> bytes:
 @given(st.integers(0, 0xFFFF), st.integers(0, 2**64 - 1), st.binary(max_size=40))
 def test_events_are_parsed(number: int, timestamp_ns: int, data: bytes) -> None:
     packet = event(number, timestamp_ns, data)
-    assert parse_event(packet + b"behind") == Event(number, timestamp_ns, data)
+    assert parse_event(packet + b"behind") == CameraEvent(number, timestamp_ns, data)
 
 
 @given(st.binary(max_size=60))
@@ -202,4 +202,4 @@ def test_events_are_received_one_by_one() -> None:
     channel.enable()
     assert control.memory[0x63000] == 1
     received = [channel.receive(0.1) for _ in range(4)]
-    assert received == [Event(0x9001, 5, b"line"), None, Event(1, 6, b""), None]
+    assert received == [CameraEvent(0x9001, 5, b"line"), None, CameraEvent(1, 6, b""), None]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from fieldcam.analysis.messages import Setup
-from fieldcam.analysis.status import Limits, State, Status
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus, Limits
 from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.errors import FieldcamError
 from fieldcam.safe_path import PYTHON
@@ -35,29 +35,29 @@ class Watched:
 
     def __init__(self, setup: Setup, log: Path, limits: Limits, work: str) -> None:
         self._news = threading.Condition()
-        self.heard: list[Status] = []
+        self.heard: list[AnalysisStatus] = []
         self.supervisor = Supervisor(setup, log, self._hear, limits, scripted(work))
         self.submit = self.supervisor.submit
 
-    def _hear(self, status: Status) -> None:
+    def _hear(self, status: AnalysisStatus) -> None:
         with self._news:
             self.heard.append(status)
             self._news.notify_all()
 
-    def wait_for(self, state: State, times: int = 1) -> Status:
+    def wait_for(self, state: AnalysisState, times: int = 1) -> AnalysisStatus:
         """The status that was heard when this state was entered for the n-th time."""
         with self._news:
             assert self._news.wait_for(lambda: len(self._in(state)) >= times, LONG_S), self.heard
             return self._in(state)[times - 1]
 
-    def settled(self) -> Status:
+    def settled(self) -> AnalysisStatus:
         """The status once the last that was heard is READY."""
         with self._news:
-            ready = self._news.wait_for(lambda: self.heard[-1].state is State.READY, LONG_S)
+            ready = self._news.wait_for(lambda: self.heard[-1].state is AnalysisState.READY, LONG_S)
             assert ready, self.heard
             return self.heard[-1]
 
-    def _in(self, state: State) -> list[Status]:
+    def _in(self, state: AnalysisState) -> list[AnalysisStatus]:
         return [status for status in self.heard if status.state is state]
 
     def error(self, key: str, again: bool = False) -> FieldcamError:

@@ -11,11 +11,11 @@ from typing import Generic, TypeVar
 
 from fieldcam.analysis.messages import Analyse, FindTags, Tags
 from fieldcam.analysis.process import KEPT, Wakeup
-from fieldcam.analysis.status import State, Status
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus
 from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import AnalysisFailed, AnalysisOff, AnalysisTimeout, FieldcamError
 
-Listener = Callable[[Status], None]
+Listener = Callable[[AnalysisStatus], None]
 Asked = TypeVar("Asked", Analyse, FindTags)
 Outcome = TypeVar("Outcome", EncodedReading, Tags)
 
@@ -57,10 +57,10 @@ class WorkQueue:
         self._in_hand: PairJob | None = None
         self._preview: PreviewJob | None = None
         self._crashes: Counter[str] = Counter()
-        self._status = self._told = Status()
+        self._status = self._told = AnalysisStatus()
 
     @property
-    def status(self) -> Status:
+    def status(self) -> AnalysisStatus:
         with self._lock:
             return self._status
 
@@ -125,10 +125,10 @@ class WorkQueue:
                 return
         self.answer(error)
 
-    def enter(self, state: State) -> None:
+    def enter(self, state: AnalysisState) -> None:
         """Go into a state and tell the listener."""
         with self._lock:
-            restarts = self._status.restarts + (state is State.RESTARTING)
+            restarts = self._status.restarts + (state is AnalysisState.RESTARTING)
             self._status = replace(self._status, state=state, restarts=restarts)
         self._tell()
 
@@ -141,7 +141,7 @@ class WorkQueue:
         """Take pairs and previews again, with a clean slate."""
         with self._lock:
             self._crashes.clear()
-        self.enter(State.STARTING)
+        self.enter(AnalysisState.STARTING)
 
     def shut(self, reason: AnalysisOff) -> None:
         """Take no more; those not answered fail."""
@@ -151,7 +151,9 @@ class WorkQueue:
             self._waiting.clear()
             self._in_hand = None
             self._count()
-            self._status = replace(self._status, state=State.STOPPED, last_error=reason.message)
+            self._status = replace(
+                self._status, state=AnalysisState.STOPPED, last_error=reason.message
+            )
         for pair in pairs:
             pair.settle(reason)
         if preview is not None:
@@ -180,7 +182,7 @@ class WorkQueue:
         return self._off()
 
     def _off(self) -> AnalysisOff | None:
-        if self._status.state is not State.STOPPED:
+        if self._status.state is not AnalysisState.STOPPED:
             return None
         return AnalysisOff("The analysis is off.", f"{KEPT} Start the analysis again.")
 

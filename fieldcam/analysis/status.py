@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
-class State(StrEnum):
+class AnalysisState(StrEnum):
     """What the analysis is doing."""
 
     STARTING = "starting"
@@ -21,10 +21,10 @@ class State(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Status:
+class AnalysisStatus:
     """The analysis at one moment."""
 
-    state: State = State.STARTING
+    state: AnalysisState = AnalysisState.STARTING
     pending: int = 0
     """Pairs that wait or are being read."""
     restarts: int = 0

@@ -18,7 +18,7 @@ from typing import Self
 from fieldcam.analysis.messages import Analyse, FindTags, Ping, Setup, Tags, WarmUp
 from fieldcam.analysis.process import KEPT, NO_ANSWER, AnalysisProcess, Wakeup
 from fieldcam.analysis.queue import Listener, PairJob, PreviewJob, WorkQueue
-from fieldcam.analysis.status import Limits, State, Status
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus, Limits
 from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import AnalysisFailed, AnalysisOff, FieldcamError
 from fieldcam.safe_path import PYTHON
@@ -31,7 +31,7 @@ DEFAULTS = Limits()
 DEFECT = AnalysisOff("The analysis is off, by a defect of fieldcam.", KEPT)
 
 
-def _deaf(status: Status) -> None:
+def _deaf(status: AnalysisStatus) -> None:
     """Nobody listens."""
 
 
@@ -81,13 +81,13 @@ class Supervisor:
         return preview.future
 
     @property
-    def status(self) -> Status:
+    def status(self) -> AnalysisStatus:
         return self._queue.status
 
     def restart(self) -> None:
         """Start again after STOPPED, with a clean slate; at other times nothing happens."""
         with self._lifecycle:
-            if self.status.state is State.STOPPED and not self._wakeup.closing.is_set():
+            if self.status.state is AnalysisState.STOPPED and not self._wakeup.closing.is_set():
                 self._queue.open()
                 self._start()
 
@@ -128,7 +128,7 @@ class Supervisor:
         reason = DEFECT
         try:
             while (ending := self._live()) is None and window.allow():
-                self._queue.enter(State.RESTARTING)
+                self._queue.enter(AnalysisState.RESTARTING)
             reason = ending or _given_up(self._limits)
         finally:
             self._queue.shut(reason)
@@ -163,7 +163,7 @@ class Supervisor:
             deadline_s = self._limits.pair_s
 
     def _rest(self, process: AnalysisProcess) -> None:
-        self._queue.enter(State.READY)
+        self._queue.enter(AnalysisState.READY)
         if not process.rest(self._limits.ping_every_s):
             process.ask(Ping(), self._limits.pair_s)
 
@@ -179,7 +179,7 @@ class Supervisor:
         preview.settle(reply)
 
     def _read(self, process: AnalysisProcess, pair: PairJob, deadline_s: float) -> None:
-        self._queue.enter(State.BUSY)
+        self._queue.enter(AnalysisState.BUSY)
         try:
             reply = process.ask(pair.request, deadline_s)
             if not isinstance(reply, EncodedReading | FieldcamError):

@@ -6,18 +6,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 from fieldcam.analysis.messages import Setup
-from fieldcam.analysis.status import Limits, Status
+from fieldcam.analysis.status import AnalysisStatus, Limits
 from fieldcam.analysis.supervisor import DEFAULTS, Supervisor
 
 
-def _unheard(status: Status) -> None:
+def _unheard(status: AnalysisStatus) -> None:
     """Nobody watches it."""
 
 
 def start_analysis(
     setup: Setup,
     data: Path,
-    changed: Callable[[Status], None] = _unheard,
+    changed: Callable[[AnalysisStatus], None] = _unheard,
     limits: Limits = DEFAULTS,
 ) -> Supervisor:
     """Reads pairs until it is closed; what it prints is kept in the data folder."""

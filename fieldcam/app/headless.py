@@ -11,7 +11,7 @@ from queue import SimpleQueue
 from typing import TYPE_CHECKING
 
 from fieldcam.analysis.messages import Setup
-from fieldcam.analysis.status import State
+from fieldcam.analysis.status import AnalysisState
 from fieldcam.app.rendered import BESIDE_RENDERING, OPERATOR, RENDER_DEADLINE_S, kept_row
 from fieldcam.app.rig import Rig
 from fieldcam.camera.simulated import SimulatedCamera, SimulatedVisit, row_of_block
@@ -36,7 +36,7 @@ from fieldcam.store.store import Store
 from fieldcam.values import ClusterReading, Status
 
 if TYPE_CHECKING:
-    from fieldcam.simulator import Block
+    from fieldcam.simulator import BlockPlan
     from fieldcam.simulator.truth import Truth
 
 Say = Callable[[str], None]
@@ -65,7 +65,7 @@ class RowReading:
 
 
 def walk_row(
-    store: Store, block: Block, days: Sequence[int], networks: Path, say: Say
+    store: Store, block: BlockPlan, days: Sequence[int], networks: Path, say: Say
 ) -> Iterator[RowReading]:
     """One picture of each cluster on each day, as they are read; the rest is said.
 
@@ -149,7 +149,7 @@ class _Day:
             case AnalysisTrouble(capture, _, error) if capture.key in self.unread:
                 self._awaited.discard(capture.key)
                 self.say(f"{self.unread[capture.key].words}: {error}{then}")
-            case Changed(state) if state.analysis.state is State.STOPPED:
+            case Changed(state) if state.analysis.state is AnalysisState.STOPPED:
                 self._stop_waiting(state.analysis.last_error)
 
     def _read(self, event: VerdictReady) -> Iterator[RowReading]:

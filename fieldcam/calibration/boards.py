@@ -118,7 +118,7 @@ class Corners:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
+class BoardView:
     """The same corners of the board as both eyes see them."""
 
     name: str
@@ -144,7 +144,7 @@ def seen_markers(image: ImageU8) -> str:
     return family if counts[family] >= LEAST_MARKERS else ""
 
 
-def match_eyes(board: Board, name: str, left: Corners, right: Corners) -> View | None:
+def match_eyes(board: Board, name: str, left: Corners, right: Corners) -> BoardView | None:
     """The corners that both eyes see; None where they are too few to tell the board's pose."""
     if board.kind is Kind.CHECKERBOARD and _opposed(left, right):
         # From the other side a checkerboard is another one; nothing marks its first corner.
@@ -153,7 +153,7 @@ def match_eyes(board: Board, name: str, left: Corners, right: Corners) -> View |
     lines = (len(np.unique(part)) for part in np.divmod(ids, board.grid[0]))
     if min(lines) < LEAST_LINES:
         return None
-    return View(
+    return BoardView(
         name, board.corners_mm[ids], left.places_px[of_left], right.places_px[of_right]
     )  # fmt: skip
 

@@ -11,13 +11,13 @@ import numpy as np
 from fieldcam.calibration.boards import (
     MARKER_FAMILY,
     Board,
+    BoardView,
     Kind,
-    View,
     find_corners,
     match_eyes,
     seen_markers,
 )
-from fieldcam.calibration.coverage import Coverage, Seen, coverage
+from fieldcam.calibration.coverage import Coverage, SeenBoard, coverage
 from fieldcam.calibration.rectifying import rectified_rig, rows_off_px
 from fieldcam.calibration.rig import StereoRig
 from fieldcam.calibration.solving import Judged, RawStereo, solve
@@ -43,7 +43,7 @@ class BoardPair:
 
 
 @dataclass(frozen=True, slots=True)
-class Unseen:
+class UnseenBoard:
     """A pair in which the board was not found in both eyes."""
 
     name: str
@@ -66,8 +66,8 @@ class Unseen:
 class Looked:
     """What was found in all pairs."""
 
-    views: tuple[View, ...]
-    unseen: tuple[Unseen, ...]
+    views: tuple[BoardView, ...]
+    unseen: tuple[UnseenBoard, ...]
     size_px: tuple[int, int]
 
 
@@ -88,7 +88,7 @@ class Calibrated:
     camera: RawStereo
     rig: StereoRig
     views: tuple[ViewReport, ...]
-    unseen: tuple[Unseen, ...]
+    unseen: tuple[UnseenBoard, ...]
     coverage: Coverage
     """Of the views that count."""
 
@@ -121,19 +121,19 @@ class Calibrated:
             yield f"No view has the board {'; '.join(missing)}."
 
 
-def see(board: Board, pair: BoardPair) -> View | Unseen:
+def see(board: Board, pair: BoardPair) -> BoardView | UnseenBoard:
     """The board in one pair."""
     left, right = find_corners(board, pair.left), find_corners(board, pair.right)
     if view := match_eyes(board, pair.name, left, right):
         return view
     by_left, by_right = bool(len(left.ids)), bool(len(right.ids))
     no_board = board.kind is Kind.CHARUCO and not (by_left or by_right)
-    return Unseen(pair.name, by_left, by_right, seen_markers(pair.left) if no_board else "")
+    return UnseenBoard(pair.name, by_left, by_right, seen_markers(pair.left) if no_board else "")
 
 
 def look(board: Board, pairs: Iterable[BoardPair]) -> Looked:
     """The board in all pairs, one after the other; raises CalibrationInvalid for mixed sizes."""
-    found: list[View | Unseen] = []
+    found: list[BoardView | UnseenBoard] = []
     size_px: tuple[int, int] | None = None
     for pair in pairs:
         if size_px is not None and pair.size_px != size_px:
@@ -147,8 +147,8 @@ def look(board: Board, pairs: Iterable[BoardPair]) -> Looked:
     if size_px is None:
         raise CalibrationInvalid("There are no pairs.")
     return Looked(
-        tuple(each for each in found if isinstance(each, View)),
-        tuple(each for each in found if isinstance(each, Unseen)),
+        tuple(each for each in found if isinstance(each, BoardView)),
+        tuple(each for each in found if isinstance(each, UnseenBoard)),
         size_px,
     )
 
@@ -163,17 +163,17 @@ def calibrate(board: Board, looked: Looked) -> Calibrated:
         ViewReport(judged, float(np.sqrt((rows_off_px(rig, judged.view) ** 2).mean())))
         for judged in solution.views
     )
-    seen = [Seen(each.view.left_px, each.view.right_px, each.pose) for each in solution.kept]
+    seen = [SeenBoard(each.view.left_px, each.view.right_px, each.pose) for each in solution.kept]
     covered = coverage(seen, looked.size_px)
     return Calibrated(board, solution.camera, rig, views, looked.unseen, covered)
 
 
-def _refuse_unseen(board: Board, unseen: tuple[Unseen, ...]) -> None:
-    ever = Unseen("", any(e.by_left for e in unseen), any(e.by_right for e in unseen))
+def _refuse_unseen(board: Board, unseen: tuple[UnseenBoard, ...]) -> None:
+    ever = UnseenBoard("", any(e.by_left for e in unseen), any(e.by_right for e in unseen))
     raise CalibrationInvalid(f"No pair can be used: {ever.why}.", _looked_for(board, unseen))
 
 
-def _looked_for(board: Board, unseen: tuple[Unseen, ...]) -> str:
+def _looked_for(board: Board, unseen: tuple[UnseenBoard, ...]) -> str:
     wanted = (
         f"Looked for is a {board.kind} of {board.columns} x {board.rows} squares, not corners;"
         " give another with --board and --squares."

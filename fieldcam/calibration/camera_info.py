@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fieldcam.calibration.documents import Array, Document
+from fieldcam.calibration.documents import Array, CalibrationDocument
 from fieldcam.calibration.lens_models import check_lens
-from fieldcam.calibration.rig import Eye, checked_eye
+from fieldcam.calibration.rig import EyeLens, checked_eye
 
 PROJECTION = ("P", "p", "projection_matrix")
 CAMERA_MATRIX = ("K", "k", "camera_matrix")
@@ -46,7 +46,7 @@ class Window:
         return moved @ matrix
 
 
-def window(document: Document, size_px: tuple[int, int]) -> Window:
+def window(document: CalibrationDocument, size_px: tuple[int, int]) -> Window:
     """Raises CalibrationInvalid where it lies beyond a sensor of this size, or is none."""
     binning = [max(_whole(document, name), 1) for name in ("binning_x", "binning_y")]
     if max(binning) > MOST_BINNED:
@@ -65,11 +65,11 @@ def window(document: Document, size_px: tuple[int, int]) -> Window:
     return Window(x, y, width, height, *binning)
 
 
-def raw_eye(document: Document, seen: Window) -> Eye:
+def raw_eye(document: CalibrationDocument, seen: Window) -> EyeLens:
     """The lens, as these pictures show it; its projection is still to be set."""
     distortion = document.numbers(*DISTORTION)
     check_lens(document, distortion)
-    eye = Eye(
+    eye = EyeLens(
         camera_matrix=seen.applied(document.matrix((3, 3), *CAMERA_MATRIX)),
         distortion=distortion,
         rotation=document.rotation(*RECTIFICATION),
@@ -78,12 +78,12 @@ def raw_eye(document: Document, seen: Window) -> Eye:
     return checked_eye(document, eye, "K")
 
 
-def projection(document: Document, seen: Window) -> Array:
+def projection(document: CalibrationDocument, seen: Window) -> Array:
     """(3, 4), px: of these pictures, rectified."""
     return seen.applied(document.matrix((3, 4), *PROJECTION))
 
 
-def _whole(document: Document, name: str) -> int:
+def _whole(document: CalibrationDocument, name: str) -> int:
     """Not negative; 0 where the file does not say."""
     if not document.has(name):
         return 0

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fieldcam.calibration.boards import Pixels
-from fieldcam.calibration.poses import Pose, Tilt
+from fieldcam.calibration.poses import BoardPose, Tilt
 from fieldcam.values import FARTHEST_MM, NEAREST_MM
 
 COLUMN_EDGES, ROW_EDGES = (0.0, 0.2, 0.5, 0.8, 1.0), (0.0, 0.25, 0.75, 1.0)
@@ -104,15 +104,15 @@ class Coverage:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seen:
+class SeenBoard:
     """One view: where its corners are, and how the board was held."""
 
     left_px: Pixels
     right_px: Pixels
-    pose: Pose
+    pose: BoardPose
 
 
-def coverage(seen: Sequence[Seen], size_px: tuple[int, int]) -> Coverage:
+def coverage(seen: Sequence[SeenBoard], size_px: tuple[int, int]) -> Coverage:
     """Of pictures of this size (width, height)."""
     ranges_mm = [each.pose.range_mm for each in seen]
     return Coverage(

@@ -39,7 +39,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Document:
+class CalibrationDocument:
     """One calibration file's top level; every scalar is still a string."""
 
     path: Path
@@ -59,12 +59,12 @@ class Document:
                 return self.entries[name]
         raise self.refuse(f"has no entry {' or '.join(names)}.")
 
-    def part(self, name: str) -> Document:
+    def part(self, name: str) -> CalibrationDocument:
         """A mapping inside it, as a document of its own."""
         entry = self.entry(name)
         if not isinstance(entry, Mapping):
             raise self.refuse(f"has an entry {name} that holds no named entries.")
-        return Document(self.path, entry)
+        return CalibrationDocument(self.path, entry)
 
     def text(self, name: str) -> str:
         """The text under `name`; empty where there is none."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fieldcam.calibration.boards import View
-from fieldcam.calibration.coverage import Coverage, Seen, coverage
+from fieldcam.calibration.boards import BoardView
+from fieldcam.calibration.coverage import Coverage, SeenBoard, coverage
 from fieldcam.calibration.poses import usual_pose
 
 ENOUGH_VIEWS = 20
@@ -33,7 +33,7 @@ class Guide:
     def __init__(self, size_px: tuple[int, int], enough: int = ENOUGH_VIEWS) -> None:
         """`enough` views at least, even where they cover all before."""
         self._size_px, self._enough = size_px, enough
-        self._seen: list[Seen] = []
+        self._seen: list[SeenBoard] = []
 
     @property
     def kept(self) -> int:
@@ -47,12 +47,12 @@ class Guide:
     def done(self) -> bool:
         return self.kept >= self._enough and not self.coverage.missing_words
 
-    def consider(self, view: View) -> Advice:
+    def consider(self, view: BoardView) -> Advice:
         """Whether the view is worth keeping; it counts from then on."""
         pose = usual_pose(view.board_mm, view.left_px, self._size_px)
         if pose is None:
             return Advice(False, f"The board's place cannot be told. {self.wish}")
-        seen = Seen(view.left_px, view.right_px, pose)
+        seen = SeenBoard(view.left_px, view.right_px, pose)
         after = coverage([*self._seen, seen], self._size_px)
         adds = len(after.missing_words) < len(self.coverage.missing_words)
         if self._is_known(seen) or not (adds or self.kept < self._enough):
@@ -70,13 +70,13 @@ class Guide:
             return f"Hold it in other ways: {self._enough - self.kept} more views."
         return f"Hold the board {', '.join(parts)}."
 
-    def _is_known(self, seen: Seen) -> bool:
+    def _is_known(self, seen: SeenBoard) -> bool:
         """Whether it is as good as a view that was kept."""
         far_px = MOVED_SHARE * self._size_px[0]
         return any(_moved_px(seen, other) < far_px for other in self._seen)
 
 
-def _moved_px(seen: Seen, other: Seen) -> float:
+def _moved_px(seen: SeenBoard, other: SeenBoard) -> float:
     """How far the corners moved; of different ones, how far their outlines did."""
     if seen.left_px.shape == other.left_px.shape:
         return float(np.linalg.norm(seen.left_px - other.left_px, axis=1).mean())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fieldcam.calibration.documents import Array, Document
+from fieldcam.calibration.documents import Array, CalibrationDocument
 from fieldcam.calibration.lens_models import check_lens
 
 EYES = ("cam0", "cam1")
@@ -10,12 +10,12 @@ FROM_FIRST = "T_cn_cnm1"
 """Carries a point from the first camera's frame to this one's; metres."""
 
 
-def is_kalibr(document: Document) -> bool:
+def is_kalibr(document: CalibrationDocument) -> bool:
     first = document.entries.get(EYES[0])
     return isinstance(first, dict) and "intrinsics" in first
 
 
-def spelt_out(document: Document) -> Document:
+def spelt_out(document: CalibrationDocument) -> CalibrationDocument:
     """The same camera with M1, D1, M2, D2, R and T; raises CalibrationInvalid."""
     if EYES[1] not in document.entries:
         raise document.refuse("describes one camera only.", "Calibrate both eyes together.")
@@ -36,7 +36,7 @@ def spelt_out(document: Document) -> Document:
         entries[f"M{number}"] = [str(v) for v in (fx, 0, cx, 0, fy, cy, 0, 0, 1)]
         entries[f"D{number}"] = eye.entry("distortion_coeffs")
     entries["distortion_model"] = right.entry("distortion_model")
-    return Document(document.path, entries)
+    return CalibrationDocument(document.path, entries)
 
 
 def _texts(values: Array) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fieldcam.calibration.documents import Array, Document
+from fieldcam.calibration.documents import Array, CalibrationDocument
 
 NAMED_UNDER = ("camera_model", "distortion_model", "distortion_type", "lens_model", "model_type")
 FLAGGED_UNDER = ("fisheye", "fisheye_model", "is_fisheye")
@@ -28,7 +28,7 @@ HINT = (
 )
 
 
-def check_lens(document: Document, distortion: Array) -> None:
+def check_lens(document: CalibrationDocument, distortion: Array) -> None:
     """Refuses distortion (N,) whose model is another one, or is not said where it could be two."""
     said = [name for name in NAMED_UNDER if document.text(name)]
     for name in said:

@@ -28,7 +28,7 @@ class Tilt(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pose:
+class BoardPose:
     """Where a board is in an eye's frame: points become turn @ point + place."""
 
     turn: Array
@@ -66,16 +66,16 @@ class Pose:
         return Tilt.LOWER if y < 0 else Tilt.UPPER
 
 
-def board_pose(board_mm: Pixels, turn: Array, place_mm: Array) -> Pose:
+def board_pose(board_mm: Pixels, turn: Array, place_mm: Array) -> BoardPose:
     """`turn`: (3,) rotation vector, or anything that reshapes to it, as is `place_mm`."""
     matrix = np.asarray(cv2.Rodrigues(turn.reshape(3))[0], np.float64)
     place = place_mm.reshape(3)
-    return Pose(matrix, place, matrix @ board_mm.mean(axis=0) + place)
+    return BoardPose(matrix, place, matrix @ board_mm.mean(axis=0) + place)
 
 
 def find_pose(
     board_mm: Pixels, places_px: Pixels, camera_matrix: Array, distortion: Array
-) -> Pose | None:
+) -> BoardPose | None:
     """The pose that explains corners (N, 3) seen at (N, 2) best; None where none does."""
     try:
         found, turn, place = cv2.solvePnP(board_mm, places_px, camera_matrix, distortion)
@@ -86,7 +86,7 @@ def find_pose(
     return board_pose(board_mm, np.asarray(turn, np.float64), np.asarray(place, np.float64))
 
 
-def usual_pose(board_mm: Pixels, places_px: Pixels, size_px: tuple[int, int]) -> Pose | None:
+def usual_pose(board_mm: Pixels, places_px: Pixels, size_px: tuple[int, int]) -> BoardPose | None:
     """Near enough for advice, before the camera is known."""
     width, height = size_px
     focal = USUAL_FOCAL * width

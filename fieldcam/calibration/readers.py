@@ -19,10 +19,10 @@ from fieldcam.calibration.camera_info import (
     raw_eye,
     window,
 )
-from fieldcam.calibration.documents import Array, Document
+from fieldcam.calibration.documents import Array, CalibrationDocument
 from fieldcam.calibration.lens_models import check_lens
 from fieldcam.calibration.rig import (
-    Eye,
+    EyeLens,
     StereoRig,
     assemble_rig,
     check_baseline,
@@ -81,7 +81,9 @@ def load_stereo_rig(path: Path, size_px: tuple[int, int] | None = None) -> Stere
     documents = open_documents(path)
     if INTRINSICS in documents and EXTRINSICS in documents:
         lenses, pose = documents[INTRINSICS], documents[EXTRINSICS]
-        return _opencv_rig(Document(pose.path, {**lenses.entries, **pose.entries}), size_px)
+        return _opencv_rig(
+            CalibrationDocument(pose.path, {**lenses.entries, **pose.entries}), size_px
+        )
     if LEFT in documents and RIGHT in documents:
         return _camera_info_rig(documents[LEFT], documents[RIGHT], size_px)
     whole = next((each for each in documents.values() if _is_opencv_rig(each)), None)
@@ -102,7 +104,7 @@ def load_camera(path: Path, size_px: tuple[int, int] | None = None) -> Calibrati
     return load_rectified(path) if one_eye and not path.is_dir() else load_stereo_rig(path, size_px)
 
 
-def _rectified(path: Path, documents: Documents) -> Document:
+def _rectified(path: Path, documents: Documents) -> CalibrationDocument:
     """The right eye's, where there are several."""
     if RIGHT in documents:
         return documents[RIGHT]
@@ -114,7 +116,7 @@ def _rectified(path: Path, documents: Documents) -> Document:
     )
 
 
-def _without_projection(document: Document) -> CalibrationInvalid:
+def _without_projection(document: CalibrationDocument) -> CalibrationInvalid:
     if _is_opencv_rig(document):
         return document.refuse(
             "describes a camera whose images are still raw.", "Add --rectify to rectify them."
@@ -127,11 +129,11 @@ def _without_projection(document: Document) -> CalibrationInvalid:
     return document.refuse("has no entry P or projection_matrix.")
 
 
-def _lens_alone(document: Document) -> bool:
+def _lens_alone(document: CalibrationDocument) -> bool:
     return document.has("camera_matrix", "K", "k", "cameraMatrix", "intrinsics", "mtx")
 
 
-def _known_size(document: Document, fallback: tuple[int, int] | None) -> tuple[int, int]:
+def _known_size(document: CalibrationDocument, fallback: tuple[int, int] | None) -> tuple[int, int]:
     size = document.size_px() or fallback
     if size is None:
         raise document.refuse(
@@ -140,7 +142,9 @@ def _known_size(document: Document, fallback: tuple[int, int] | None) -> tuple[i
     return size
 
 
-def _camera_info_rig(left: Document, right: Document, size_px: tuple[int, int] | None) -> StereoRig:
+def _camera_info_rig(
+    left: CalibrationDocument, right: CalibrationDocument, size_px: tuple[int, int] | None
+) -> StereoRig:
     windows = [window(eye, _known_size(eye, size_px)) for eye in (left, right)]
     sizes_px = {seen.size_px for seen in windows}
     if len(sizes_px) > 1:
@@ -149,11 +153,11 @@ def _camera_info_rig(left: Document, right: Document, size_px: tuple[int, int] |
     return assemble_rig(right, left_eye, right_eye, (of_left, of_right), sizes_px.pop())
 
 
-def _eye_of(document: Document, seen: Window) -> tuple[Eye, Array]:
+def _eye_of(document: CalibrationDocument, seen: Window) -> tuple[EyeLens, Array]:
     return raw_eye(document, seen), projection(document, seen)
 
 
-def _is_opencv_rig(document: Document) -> bool:
+def _is_opencv_rig(document: CalibrationDocument) -> bool:
     return all(document.has(*_numbered(MATRICES, eye)) for eye in "12")
 
 
@@ -161,7 +165,7 @@ def _numbered(names: tuple[str, ...], eye: str) -> tuple[str, ...]:
     return tuple(name.format(eye) for name in names)
 
 
-def _opencv_rig(document: Document, size_px: tuple[int, int] | None) -> StereoRig:
+def _opencv_rig(document: CalibrationDocument, size_px: tuple[int, int] | None) -> StereoRig:
     if not _is_opencv_rig(document):
         if document.has(*PROJECTION):
             raise document.refuse(
@@ -186,11 +190,11 @@ def _opencv_rig(document: Document, size_px: tuple[int, int] | None) -> StereoRi
     return assemble_rig(document, left, right, projections, size)
 
 
-def _opencv_eye(document: Document, number: str) -> Eye:
+def _opencv_eye(document: CalibrationDocument, number: str) -> EyeLens:
     names = _numbered(MATRICES, number)
     distortion = document.numbers(*_numbered(COEFFICIENTS, number))
     check_lens(document, distortion)
-    eye = Eye(
+    eye = EyeLens(
         camera_matrix=document.matrix((3, 3), *names),
         distortion=distortion,
         rotation=np.eye(3),
@@ -199,7 +203,7 @@ def _opencv_eye(document: Document, number: str) -> Eye:
     return checked_eye(document, eye, names[0])
 
 
-def _check_translation(document: Document, translation: Array) -> None:
+def _check_translation(document: CalibrationDocument, translation: Array) -> None:
     """T carries a point from the left eye's frame to the right's: its x is -b."""
     if abs(translation[0]) < abs(translation[1]):
         raise document.refuse("describes a pair with one eye above the other.")
@@ -208,8 +212,12 @@ def _check_translation(document: Document, translation: Array) -> None:
 
 
 def _rectify(
-    document: Document, left: Eye, right: Eye, translation: Array, size_px: tuple[int, int]
-) -> tuple[Eye, Eye, tuple[Array, Array]]:
+    document: CalibrationDocument,
+    left: EyeLens,
+    right: EyeLens,
+    translation: Array,
+    size_px: tuple[int, int],
+) -> tuple[EyeLens, EyeLens, tuple[Array, Array]]:
     """Works out the rectified camera where the file leaves it to the reader."""
     import cv2  # here, so that reading a rectified camera's file does not load it
 

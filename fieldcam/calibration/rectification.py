@@ -7,7 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from fieldcam.calibration.rig import Eye, StereoRig
+from fieldcam.calibration.rig import EyeLens, StereoRig
 from fieldcam.images.pixels import check_size
 from fieldcam.values import FloatMap, ImageU8, PixelFormat, RawPair, StereoPair
 
@@ -51,7 +51,7 @@ class Rectifier:
         )
 
 
-def _maps(eye: Eye, size_px: tuple[int, int]) -> Maps:
+def _maps(eye: EyeLens, size_px: tuple[int, int]) -> Maps:
     columns, rows = cv2.initUndistortRectifyMap(
         eye.camera_matrix, eye.distortion, eye.rotation, eye.projection, size_px, cv2.CV_32FC1
     )

@@ -5,9 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from fieldcam.calibration.boards import Pixels, View
+from fieldcam.calibration.boards import BoardView, Pixels
 from fieldcam.calibration.documents import Array
-from fieldcam.calibration.rig import BASELINE_RANGE_MM, Eye, StereoRig
+from fieldcam.calibration.rig import BASELINE_RANGE_MM, EyeLens, StereoRig
 from fieldcam.calibration.solving import Lens, RawStereo
 from fieldcam.errors import CalibrationInvalid
 from fieldcam.values import Calibration
@@ -45,7 +45,7 @@ def rectified_rig(camera: RawStereo) -> StereoRig:
     )
 
 
-def rows_off_px(rig: StereoRig, view: View) -> Array:
+def rows_off_px(rig: StereoRig, view: BoardView) -> Array:
     """(N,): how much lower the left eye sees each corner than the right one, rectified."""
     left, right = _placed(rig.left, view.left_px), _placed(rig.right, view.right_px)
     return np.asarray((left - right)[:, 1], np.float64)
@@ -73,11 +73,11 @@ def _check_baseline(camera: RawStereo) -> None:
         )
 
 
-def _eye(lens: Lens, turn: object, projection: Array) -> Eye:
-    return Eye(lens.camera_matrix, lens.distortion, np.asarray(turn, np.float64), projection)
+def _eye(lens: Lens, turn: object, projection: Array) -> EyeLens:
+    return EyeLens(lens.camera_matrix, lens.distortion, np.asarray(turn, np.float64), projection)
 
 
-def _placed(eye: Eye, places_px: Pixels) -> Array:
+def _placed(eye: EyeLens, places_px: Pixels) -> Array:
     """(N, 2): where the rectified eye has these pixels."""
     found = cv2.undistortPoints(
         places_px, eye.camera_matrix, eye.distortion, R=eye.rotation, P=eye.projection

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fieldcam.calibration.documents import MILLIMETRES_PER_UNIT, Array, Document
+from fieldcam.calibration.documents import MILLIMETRES_PER_UNIT, Array, CalibrationDocument
 from fieldcam.values import Calibration
 
 BASELINE_RANGE_MM = (10.0, 1000.0)
@@ -23,7 +23,7 @@ DISTORTION_LENGTHS = (0, 4, 5, 8, 12, 14)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Eye:
+class EyeLens:
     """One lens of a raw stereo camera."""
 
     camera_matrix: Array
@@ -40,8 +40,8 @@ class Eye:
 class StereoRig:
     """Both eyes of a raw stereo camera and the rectified camera they make."""
 
-    left: Eye
-    right: Eye
+    left: EyeLens
+    right: EyeLens
     rectified: Calibration
 
     @property
@@ -50,7 +50,7 @@ class StereoRig:
         return self.rectified.size_px
 
 
-def projection_focal_px(document: Document, projection: Array, name: str) -> float:
+def projection_focal_px(document: CalibrationDocument, projection: Array, name: str) -> float:
     """The one focal length of a rectified camera's projection matrix (3, 4)."""
     focal, focal_y = float(projection[0, 0]), float(projection[1, 1])
     if focal <= 0 or focal_y <= 0:
@@ -65,7 +65,7 @@ def projection_focal_px(document: Document, projection: Array, name: str) -> flo
     return focal
 
 
-def projection_baseline_mm(document: Document, projection: Array, name: str) -> float:
+def projection_baseline_mm(document: CalibrationDocument, projection: Array, name: str) -> float:
     """Baseline in mm from the right eye's projection matrix (3, 4), whose P[0, 3] is -f b."""
     if projection[0, 3] == 0:
         if projection[1, 3] != 0:
@@ -77,7 +77,7 @@ def projection_baseline_mm(document: Document, projection: Array, name: str) -> 
     return check_baseline(document, float(-projection[0, 3] / projection[0, 0]))
 
 
-def check_baseline(document: Document, length: float) -> float:
+def check_baseline(document: CalibrationDocument, length: float) -> float:
     """The distance between the eyes in mm, from what the file gives in its own unit.
 
     Refuses one that no such camera has.
@@ -117,7 +117,7 @@ def _which_unit(length: float) -> str:
     return f"{squares} {named}" if length < FEW_SQUARES else f"{named} {squares}"
 
 
-def checked_eye(document: Document, eye: Eye, name: str) -> Eye:
+def checked_eye(document: CalibrationDocument, eye: EyeLens, name: str) -> EyeLens:
     """The same eye, its lens checked."""
     matrix = eye.camera_matrix
     if matrix[0, 0] <= 0 or matrix[1, 1] <= 0:
@@ -132,9 +132,9 @@ def checked_eye(document: Document, eye: Eye, name: str) -> Eye:
 
 
 def assemble_rig(
-    document: Document,
-    left: Eye,
-    right: Eye,
+    document: CalibrationDocument,
+    left: EyeLens,
+    right: EyeLens,
     projections: tuple[Array, Array],
     size_px: tuple[int, int],
 ) -> StereoRig:

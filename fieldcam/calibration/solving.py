@@ -15,10 +15,10 @@ from statistics import median
 import cv2
 import numpy as np
 
-from fieldcam.calibration.boards import Pixels, View
+from fieldcam.calibration.boards import BoardView, Pixels
 from fieldcam.calibration.documents import Array
 from fieldcam.calibration.fisheye import fits_fisheye
-from fieldcam.calibration.poses import Pose, board_pose, find_pose, usual_pose
+from fieldcam.calibration.poses import BoardPose, board_pose, find_pose, usual_pose
 from fieldcam.errors import CalibrationInvalid
 
 LEAST_VIEWS = 8
@@ -76,8 +76,8 @@ class RawStereo:
 class Judged:
     """One view and how well it fits the camera."""
 
-    view: View
-    pose: Pose
+    view: BoardView
+    pose: BoardPose
     """In the left eye's frame."""
     left_rms_px: float
     right_rms_px: float
@@ -101,7 +101,7 @@ class Solution:
         return tuple(each for each in self.views if not each.why_dropped)
 
 
-def solve(views: Sequence[View], size_px: tuple[int, int]) -> Solution:
+def solve(views: Sequence[BoardView], size_px: tuple[int, int]) -> Solution:
     """The stereo camera that took these views of one board.
 
     Raises CalibrationInvalid where they are too few, too much alike, or do not agree, and
@@ -119,7 +119,7 @@ def solve(views: Sequence[View], size_px: tuple[int, int]) -> Solution:
     return found
 
 
-def _is_fisheye(views: Sequence[View], size_px: tuple[int, int]) -> bool:
+def _is_fisheye(views: Sequence[BoardView], size_px: tuple[int, int]) -> bool:
     boards, left = [view.board_mm for view in views], [view.left_px for view in views]
     try:
         rms_px, *_ = cv2.calibrateCamera(
@@ -137,7 +137,7 @@ def _fisheye() -> CalibrationInvalid:
     )
 
 
-def _solve_agreeing(views: Sequence[View], size_px: tuple[int, int]) -> Solution:
+def _solve_agreeing(views: Sequence[BoardView], size_px: tuple[int, int]) -> Solution:
     kept = tuple(range(len(views)))
     for _ in range(MOST_ROUNDS):
         camera, judged = _solve_and_judge(views, kept, size_px)
@@ -158,7 +158,7 @@ def _solve_agreeing(views: Sequence[View], size_px: tuple[int, int]) -> Solution
     )
 
 
-def _check_variety(views: Sequence[View], size_px: tuple[int, int]) -> None:
+def _check_variety(views: Sequence[BoardView], size_px: tuple[int, int]) -> None:
     _check_count(len(views), len(views))
     poses = (usual_pose(view.board_mm, view.left_px, size_px) for view in views)
     normals = [pose.normal for pose in poses if pose is not None]
@@ -185,7 +185,7 @@ def _check_count(agreeing: int, of: int) -> None:
 
 
 def _solve_and_judge(
-    views: Sequence[View], kept: Sequence[int], size_px: tuple[int, int]
+    views: Sequence[BoardView], kept: Sequence[int], size_px: tuple[int, int]
 ) -> tuple[RawStereo, list[Judged]]:
     """The camera by some of the views, and what all of them are by it."""
     camera, poses = _solve_all([views[i] for i in kept], size_px)
@@ -197,8 +197,8 @@ def _solve_and_judge(
 
 
 def _solve_all(
-    views: Sequence[View], size_px: tuple[int, int]
-) -> tuple[RawStereo, tuple[Pose, ...]]:
+    views: Sequence[BoardView], size_px: tuple[int, int]
+) -> tuple[RawStereo, tuple[BoardPose, ...]]:
     """The camera by these views, all of which count, and the board's pose in each."""
     boards = [view.board_mm for view in views]
     eyes = [view.left_px for view in views], [view.right_px for view in views]
@@ -265,8 +265,8 @@ def _check_camera(camera: RawStereo, rms_px: float) -> None:
             )
 
 
-def _judged(camera: RawStereo, view: View, pose: Pose) -> Judged:
-    right = Pose(
+def _judged(camera: RawStereo, view: BoardView, pose: BoardPose) -> Judged:
+    right = BoardPose(
         camera.rotation @ pose.turn,
         camera.rotation @ pose.place_mm + camera.translation_mm,
         camera.rotation @ pose.middle_mm + camera.translation_mm,
@@ -279,7 +279,7 @@ def _judged(camera: RawStereo, view: View, pose: Pose) -> Judged:
     )
 
 
-def _why(camera: RawStereo, view: View, limit_px: float) -> str:
+def _why(camera: RawStereo, view: BoardView, limit_px: float) -> str:
     """What may be wrong with a view that did not count: each eye's corners tell by themselves."""
     eyes = (camera.left, view.left_px), (camera.right, view.right_px)
     for lens, places in eyes:
@@ -289,14 +289,14 @@ def _why(camera: RawStereo, view: View, limit_px: float) -> str:
     return "the eyes saw the board at different places: not of one moment"
 
 
-def _pose(lens: Lens, board_mm: Pixels, places_px: Pixels) -> Pose:
+def _pose(lens: Lens, board_mm: Pixels, places_px: Pixels) -> BoardPose:
     pose = find_pose(board_mm, places_px, lens.camera_matrix, lens.distortion)
     if pose is None:
         raise _unsolved()
     return pose
 
 
-def _rms_px(lens: Lens, board_mm: Pixels, places_px: Pixels, pose: Pose) -> float:
+def _rms_px(lens: Lens, board_mm: Pixels, places_px: Pixels, pose: BoardPose) -> float:
     """Root mean square distance between where corners are and where they should be."""
     expected, _ = cv2.projectPoints(
         board_mm, cv2.Rodrigues(pose.turn)[0], pose.place_mm, lens.camera_matrix, lens.distortion

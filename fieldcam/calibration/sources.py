@@ -10,7 +10,7 @@ import codecs
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from fieldcam.calibration.documents import Document
+from fieldcam.calibration.documents import CalibrationDocument
 from fieldcam.calibration.kalibr import is_kalibr, spelt_out
 from fieldcam.calibration.ost_text import is_ost, ost_eyes
 from fieldcam.calibration.tarball import STEMS, SUFFIXES, tarball_texts
@@ -51,7 +51,7 @@ OTHERS = (
 SAME_CAMERA = ("header",)
 """Entries of a printed CameraInfo that may change from one print to the next."""
 
-Documents = Mapping[str, Document]
+Documents = Mapping[str, CalibrationDocument]
 """By the eye, or the part, that each describes."""
 
 
@@ -83,7 +83,7 @@ def _folder_texts(folder: Path) -> Iterator[tuple[str, bytes]]:
 
 def _by_name(path: Path, texts: Iterable[tuple[str, bytes]]) -> Documents:
     """As far as they are needed: what lies beside a whole camera may be anything."""
-    found: dict[str, Document] = {}
+    found: dict[str, CalibrationDocument] = {}
     for name, content in texts:
         for part, document in _parsed(path / name, content).items():
             found.setdefault(Path(name).stem if part == WHOLE else part, document)
@@ -107,7 +107,7 @@ def _parsed(path: Path, content: bytes) -> Documents:
         mappings = yaml_mappings(text)
     except YamlRefused as error:
         raise CalibrationInvalid(f"{path} {error}.") from error
-    document = Document(path, _one_camera(path, mappings))
+    document = CalibrationDocument(path, _one_camera(path, mappings))
     return {WHOLE: spelt_out(document) if is_kalibr(document) else document}
 
 
@@ -124,11 +124,11 @@ def _decoded(content: bytes) -> str:
 def _of_eyes(path: Path, eyes: Mapping[str, dict[str, Entry]]) -> Documents:
     """Where there is one only, it is the whole."""
     if len(eyes) == 1:
-        return {WHOLE: Document(path, next(iter(eyes.values())))}
+        return {WHOLE: CalibrationDocument(path, next(iter(eyes.values())))}
     found = {}
     for name, entries in eyes.items():
         eye = next((eye for eye in (LEFT, RIGHT) if eye in name.lower()), name)
-        found[eye] = Document(path, entries)
+        found[eye] = CalibrationDocument(path, entries)
     return found
 
 

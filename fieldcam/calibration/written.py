@@ -20,7 +20,7 @@ from fieldcam.calibration.documents import (
     SERIALS,
     Array,
 )
-from fieldcam.calibration.rig import Eye, StereoRig
+from fieldcam.calibration.rig import EyeLens, StereoRig
 from fieldcam.calibration.solving import RawStereo
 
 _METRE = MILLIMETRES_PER_UNIT["m"]
@@ -57,13 +57,13 @@ def calibration_files(
     }
 
 
-def _projection(eye: Eye, baseline_m: float) -> Array:
+def _projection(eye: EyeLens, baseline_m: float) -> Array:
     """(3, 4): of an eye that stands so far to the right."""
     offset = np.array([-eye.projection[0, 0] * baseline_m, 0.0, 0.0])
     return np.column_stack((eye.projection, offset))
 
 
-def _camera_info(rig: StereoRig, eye: Eye, baseline_m: float) -> bytes:
+def _camera_info(rig: StereoRig, eye: EyeLens, baseline_m: float) -> bytes:
     """As `rostopic echo` prints it; matrices by rows."""
     width, height = rig.size_px
     entries = {

@@ -58,7 +58,7 @@ class Wanted:
     spoiled: Mishap | None = None
 
 
-class Pictures(Protocol):
+class PictureSource(Protocol):
     """Where the pictures come from."""
 
     @property
@@ -83,7 +83,7 @@ class AimedCamera:
     It can be opened again after it was closed.
     """
 
-    def __init__(self, pictures: Pictures, taken: Mapping[int, int] | None = None) -> None:
+    def __init__(self, pictures: PictureSource, taken: Mapping[int, int] | None = None) -> None:
         """`taken` says how many pictures of each tag there were before; their clock goes on."""
         self._pictures = pictures
         self._lock = threading.Lock()

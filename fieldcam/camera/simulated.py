@@ -23,7 +23,7 @@ from fieldcam.errors import CameraUnplugged, CaptureTimeout, ExtraMissing
 from fieldcam.values import Calibration, RawPair
 
 if TYPE_CHECKING:
-    from fieldcam.simulator import Block, SimulatedCapture
+    from fieldcam.simulator import BlockPlan, SimulatedCapture
 
 SERIALS = ("simulated-left", "simulated-right")
 
@@ -40,7 +40,7 @@ class SimulatedVisit:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Taken:
+class TakenPicture:
     """A picture with its ground truth."""
 
     visit: SimulatedVisit
@@ -52,15 +52,15 @@ class SimulatedCamera:
 
     notes: tuple[str, ...] = ()
 
-    def __init__(self, block: Block, visits: Iterable[SimulatedVisit]) -> None:
+    def __init__(self, block: BlockPlan, visits: Iterable[SimulatedVisit]) -> None:
         from fieldcam.simulator import calibration_of
 
         self._block = block
         self._calibration = calibration_of(block)
         self._planned = deque(visits)
         self._renderer = ThreadPoolExecutor(1, thread_name_prefix="orchard")
-        self._rendering: Future[Taken] | None = None
-        self._last: Taken | None = None
+        self._rendering: Future[TakenPicture] | None = None
+        self._last: TakenPicture | None = None
         self._render_ahead()
 
     @property
@@ -72,7 +72,7 @@ class SimulatedCamera:
         return self._calibration
 
     @property
-    def last(self) -> Taken:
+    def last(self) -> TakenPicture:
         """The picture that was taken last, for those who compare with the truth."""
         if self._last is None:
             raise CameraUnplugged("The simulated camera has taken no picture yet.")
@@ -118,24 +118,24 @@ class SimulatedCamera:
             self._rendering = self._renderer.submit(_render, self._block, visit)
 
 
-def plan_block(seed: int, clusters: int) -> Block:
+def plan_block(seed: int, clusters: int) -> BlockPlan:
     """A simulated block; says which extra is missing where the simulator cannot be loaded."""
     try:
-        from fieldcam.simulator import Block
+        from fieldcam.simulator import BlockPlan
     except ModuleNotFoundError as error:
         raise ExtraMissing(
             f"The simulated orchard needs the module {error.name}.",
             "Install it with: pip install 'fieldcam[simulator]'",
         ) from error
-    return Block.plan(seed=seed, clusters=clusters)
+    return BlockPlan.plan(seed=seed, clusters=clusters)
 
 
-def _render(block: Block, visit: SimulatedVisit) -> Taken:
-    from fieldcam.simulator import Fault, Faults, capture
+def _render(block: BlockPlan, visit: SimulatedVisit) -> TakenPicture:
+    from fieldcam.simulator import Faults, Spoiling, capture
 
-    faults = Faults(Fault(visit.fault))
+    faults = Faults(Spoiling(visit.fault))
     taken = capture(block, visit.cluster_index, visit.day, view=visit.view, faults=faults)
-    return Taken(visit, taken)
+    return TakenPicture(visit, taken)
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +186,7 @@ def _plan(seed: int, clusters: int) -> tuple[SimulatedRow, Callable[[SimulatedVi
     return row_of_block(block), lambda visit: _render(block, visit).capture.raw
 
 
-def row_of_block(block: Block) -> SimulatedRow:
+def row_of_block(block: BlockPlan) -> SimulatedRow:
     """What of it can be known without rendering."""
     from fieldcam.simulator import calibration_of
     from fieldcam.simulator.capture import FIRST_DAY

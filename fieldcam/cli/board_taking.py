@@ -53,7 +53,7 @@ def _make(folder: Path) -> None:
 
 
 def _take(camera: FlashStereoDevice, folder: Path, board: Board, enough: int) -> None:
-    from fieldcam.calibration.calibrating import Unseen, see
+    from fieldcam.calibration.calibrating import UnseenBoard, see
     from fieldcam.calibration.guide import Guide
 
     guide: Guide | None = None
@@ -65,7 +65,7 @@ def _take(camera: FlashStereoDevice, folder: Path, board: Board, enough: int) ->
             continue
         guide = guide or Guide(pair.size_px, enough)
         found = see(board, pair)
-        if isinstance(found, Unseen):
+        if isinstance(found, UnseenBoard):
             narrate(f"{found.why[:1].upper()}{found.why[1:]}. {guide.wish}")
             continue
         advice = guide.consider(found)

@@ -14,7 +14,7 @@ from fieldcam.cli.console import emit, emit_json, narrate, printable, screen_wid
 from fieldcam.errors import CameraUnsupported, FeatureFileInvalid
 
 if TYPE_CHECKING:
-    from fieldcam.camera.genapi import Document, Entry
+    from fieldcam.camera.genapi import Entry, FeatureFile
 
 ASK_THE_CAMERA = "(ask the camera)"
 """Printed where only registers know."""
@@ -64,7 +64,7 @@ def _features(arguments: argparse.Namespace) -> None:
         narrate("? behind an access: it depends on the camera's present settings.")
 
 
-def _of_file(path: Path) -> tuple[Document, list[Entry]]:
+def _of_file(path: Path) -> tuple[FeatureFile, list[Entry]]:
     from fieldcam.camera.genapi import NoCamera, NodeMap, declared_entries, load_feature_file
     from fieldcam.foreign.bounds import FEATURES
     from fieldcam.foreign.files import read_foreign
@@ -73,7 +73,7 @@ def _of_file(path: Path) -> tuple[Document, list[Entry]]:
     return document, list(declared_entries(NodeMap(document, NoCamera())))
 
 
-def _of_camera(serial: str | None) -> tuple[Document, list[Entry]]:
+def _of_camera(serial: str | None) -> tuple[FeatureFile, list[Entry]]:
     """What is wrong with the file that a camera brings is the camera's fault."""
     from fieldcam.camera.genapi import NodeMap, present_entries
     from fieldcam.camera.usb3vision.description import cache_folder

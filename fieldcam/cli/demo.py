@@ -22,7 +22,7 @@ from fieldcam.values import Status
 
 if TYPE_CHECKING:
     from fieldcam.report.scoring import Scored, ScoredCapture
-    from fieldcam.simulator import Block
+    from fieldcam.simulator import BlockPlan
 
 SIMULATED = "Simulated orchard: every picture here is rendered, none is of a real fruit."
 
@@ -101,7 +101,7 @@ def _replay(arguments: argparse.Namespace) -> None:
     launch(partial(walk_recorded_folder, arguments.data, arguments.replay))
 
 
-def _walk(arguments: argparse.Namespace, block: Block) -> Iterator[_Stop]:
+def _walk(arguments: argparse.Namespace, block: BlockPlan) -> Iterator[_Stop]:
     """All captures that could be read, as they come."""
     from fieldcam.app.headless import walk_row
     from fieldcam.report.scoring import score_capture

@@ -49,7 +49,7 @@ def _evaluate(arguments: argparse.Namespace) -> None:
     from fieldcam.cli.evaluation_words import evaluation_lines
     from fieldcam.exchange.calipers.reading import read_calipers
     from fieldcam.exchange.evaluation_report import evaluation_report
-    from fieldcam.growth.records import Source
+    from fieldcam.growth.records import SizeSource
 
     _check_targets(arguments)
     table = read_calipers(arguments.calipers)
@@ -59,7 +59,7 @@ def _evaluate(arguments: argparse.Namespace) -> None:
             " matched by name, never by size.",
             "Fill in the column fruit.",
         )
-    if table.record.source is Source.CAMERA:
+    if table.record.source is SizeSource.CAMERA:
         raise BadInput(
             f"{arguments.calipers.name} holds sizes by camera, as `fieldcam export wide` writes"
             " them.",

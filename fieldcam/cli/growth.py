@@ -123,14 +123,14 @@ def _of_table(arguments: argparse.Namespace) -> _Told:
     from fieldcam.exchange.calipers.reading import read_calipers
     from fieldcam.growth.outlook import outlook
     from fieldcam.growth.size_order import in_size_order
-    from fieldcam.growth.sprays import Spray
+    from fieldcam.growth.sprays import SprayDay
 
     _refuse_picture_options(arguments)
     plan = _plan(arguments)
     table = read_calipers(arguments.calipers, arguments.dates)
     record = replace(table.record, name=arguments.block or table.record.name)
     between = arguments.start, arguments.end
-    sprays = [Spray(day) for day in arguments.sprayed]
+    sprays = [SprayDay(day) for day in arguments.sprayed]
     growth = outlook(record, in_size_order(record), between, plan, sprays, date.today())
     return _Told(growth, table.notes)
 

@@ -10,7 +10,7 @@ from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.networks import check_network
 from fieldcam.errors import ModelMissing
-from fieldcam.models import ModelFile, Role, add_model, described, find_models, verify_model
+from fieldcam.models import ModelFile, NetworkRole, add_model, described, find_models, verify_model
 from fieldcam.store.folder import data_path, data_path_if_any
 
 
@@ -24,7 +24,7 @@ def register(commands: Subparsers[Parser]) -> None:
     add = add_command(actions, "add", "use a network of your own in place of a shipped one", _add)
     add.add_argument(
         "role",
-        choices=[*map(str, Role)],
+        choices=[*map(str, NetworkRole)],
         metavar="segmentation|stereo",
         help="what the network does",
     )
@@ -61,7 +61,7 @@ def _verify(arguments: argparse.Namespace) -> None:
 
 
 def _add(arguments: argparse.Namespace) -> None:
-    role, data = Role(arguments.role), data_path(arguments.data)
+    role, data = NetworkRole(arguments.role), data_path(arguments.data)
     check_network(described(role, arguments.file, data), arguments.file)
     added = add_model(role, arguments.file, data)
     if arguments.json:

@@ -75,9 +75,9 @@ def _print_for_block(arguments: argparse.Namespace, last: int) -> None:
 def _write(arguments: argparse.Namespace, last: int, size_mm: float) -> None:
     from fieldcam.disk.targets import write_target
     from fieldcam.report.pdf import pdf_document
-    from fieldcam.report.tag_sheets import Layout, Paper, tag_sheets
+    from fieldcam.report.tag_sheets import Paper, SheetLayout, tag_sheets
 
-    layout = Layout(Paper[arguments.paper.upper()], size_mm)
+    layout = SheetLayout(Paper[arguments.paper.upper()], size_mm)
     sheets = tag_sheets(arguments.first, arguments.count, layout)
     write_target(arguments.out, pdf_document(sheets, layout.paper))
     if arguments.json:

@@ -13,7 +13,7 @@ from fieldcam.growth.association.geometry import match_by_geometry
 from fieldcam.growth.association.paper import match_by_paper
 from fieldcam.growth.association.points import F64, Points, points_of
 from fieldcam.growth.association.size_order import match_by_size_order
-from fieldcam.growth.places import Association, ClusterVisit, Place, View, Word
+from fieldcam.growth.places import Association, ClusterVisit, MatchWord, Place, View
 
 VISITS_APART = 2
 """Pictures are compared with those of so many visits before, and no further."""
@@ -51,7 +51,9 @@ def compare(pictures: Sequence[Picture], method: Association) -> ByPair:
     return {(i, j): _certainty(pictures[i], pictures[j], method) for i, j in pairs}
 
 
-def log_odds(pictures: Sequence[Picture], certainties: ByPair, words: Sequence[Word]) -> ByPair:
+def log_odds(
+    pictures: Sequence[Picture], certainties: ByPair, words: Sequence[MatchWord]
+) -> ByPair:
     """The certainties as log odds, with the operator's words above them."""
     odds = {pair: _bounded(certainty) for pair, certainty in certainties.items()}
     where = {
@@ -103,7 +105,7 @@ def _say(
     odds: dict[tuple[int, int], F64],
     pictures: Sequence[Picture],
     where: Mapping[Place, tuple[int, int]],
-    word: Word,
+    word: MatchWord,
 ) -> None:
     """A word about a picture that is not compared any more changes nothing."""
     if word.one not in where:

@@ -12,7 +12,7 @@ FRUITLETS_PER_BLOOM_CLUSTER = 5
 """What growers reckon with when they speak of a tree's potential (Malusim, Cornell)."""
 
 
-class Verdict(StrEnum):
+class CropVerdict(StrEnum):
     """The forecast against the target."""
 
     TOO_MANY = "too_many"
@@ -24,9 +24,9 @@ class Verdict(StrEnum):
 
 
 _AGAINST_TARGET = {
-    Verdict.TOO_MANY: "more than the target of {:g}: thin again",
-    Verdict.ON_TARGET: "the target of {:g} is within reach",
-    Verdict.TOO_FEW: "fewer than the target of {:g}: do not thin any more",
+    CropVerdict.TOO_MANY: "more than the target of {:g}: thin again",
+    CropVerdict.ON_TARGET: "the target of {:g} is within reach",
+    CropVerdict.TOO_FEW: "fewer than the target of {:g}: do not thin any more",
 }
 
 
@@ -52,15 +52,15 @@ class CropForecast:
     too high where clusters carry fewer."""
 
     @property
-    def verdict(self) -> Verdict | None:
+    def verdict(self) -> CropVerdict | None:
         """None without a target, or without an interval."""
         target, interval = self.plan.target_fruit, self.interval90_fruit
         if target is None or interval is None:
             return None
         low, high = interval
         if low > target:
-            return Verdict.TOO_MANY
-        return Verdict.TOO_FEW if high < target else Verdict.ON_TARGET
+            return CropVerdict.TOO_MANY
+        return CropVerdict.TOO_FEW if high < target else CropVerdict.ON_TARGET
 
     @property
     def against_target(self) -> str:

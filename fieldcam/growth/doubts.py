@@ -8,7 +8,7 @@ from enum import StrEnum
 
 from fieldcam.growth.grown import Growth, Measured, growth_of
 from fieldcam.growth.noise import NOISE, SizingNoise
-from fieldcam.growth.records import FruitletRecord, Sighting, Source
+from fieldcam.growth.records import FruitletRecord, Sighting, SizeSource
 
 SURE = 0.9
 """Matches below this certainty are doubtful: marked, and no part of the reference."""
@@ -49,7 +49,7 @@ def may_be_reference(doubts: Iterable[Doubt]) -> bool:
 
 
 def doubts_told(
-    fruitlet: FruitletRecord, days: Sequence[date], source: Source = Source.CAMERA
+    fruitlet: FruitletRecord, days: Sequence[date], source: SizeSource = SizeSource.CAMERA
 ) -> Iterator[str]:
     """All that is doubtful about its sizes on these days, such as "53 % sure on 2026-05-14"."""
     seen_on = [(day, seen) for day in days if (seen := fruitlet.sightings.get(day)) is not None]

@@ -11,7 +11,7 @@ import numpy as np
 from fieldcam.growth.doubts import Doubt, growth_doubt, is_doubtful, may_be_reference
 from fieldcam.growth.grown import Growth, ends_of, growth_of
 from fieldcam.growth.noise import NOISE
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Source
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, SizeSource
 from fieldcam.growth.visits import BlockVisit, visits_of
 
 OUTLIER_Z = 3.0
@@ -22,7 +22,7 @@ Key = tuple[int, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Followed:
+class FollowedFruitlet:
     """One fruitlet between two visits."""
 
     fruitlet: FruitletRecord
@@ -67,7 +67,7 @@ class _Interval:
         return self.visits[-1]
 
 
-def follow(block: BlockRecord, start: BlockVisit, end: BlockVisit) -> tuple[Followed, ...]:
+def follow(block: BlockRecord, start: BlockVisit, end: BlockVisit) -> tuple[FollowedFruitlet, ...]:
     """Every fruitlet of which something is known up to `end`."""
     visits = visits_between(block, start, end)
     interval = _Interval(
@@ -92,20 +92,20 @@ def visits_between(
     What a camera shows later was small or hidden before: it is judged by the widest interval
     that is known of it. An empty cell of a caliper table says nothing of the kind.
     """
-    if block.source is Source.CALIPERS:
+    if block.source is SizeSource.CALIPERS:
         return start, end
     return tuple(v for v in visits_of(block) if start.first <= v.first <= end.first)
 
 
-def _followed(fruitlet: FruitletRecord, interval: _Interval) -> Followed:
-    by_camera = interval.block.source is Source.CAMERA
+def _followed(fruitlet: FruitletRecord, interval: _Interval) -> FollowedFruitlet:
+    by_camera = interval.block.source is SizeSource.CAMERA
     missed = fruitlet.tag_id in interval.missed
     fallen = not missed and _fell_by(fruitlet, interval.end.days[-1])
     growth = None if fallen or missed else growth_of(*ends_of(fruitlet, interval.visits))
     doubts = tuple(_doubts(fruitlet, growth, interval))
     wrong = Doubt.GROWTH in doubts or _is_outlier(fruitlet, interval)
     late = not _hung(fruitlet, interval.first)
-    return Followed(
+    return FollowedFruitlet(
         fruitlet,
         growth=None if wrong else growth,
         late=late,
@@ -137,7 +137,7 @@ def _is_outlier(fruitlet: FruitletRecord, interval: _Interval) -> bool:
     return any(key in interval.outliers[visit] for visit in {*sized[:1], interval.end})
 
 
-def growth_of_sure(followed: Sequence[Followed]) -> list[Growth]:
+def growth_of_sure(followed: Sequence[FollowedFruitlet]) -> list[Growth]:
     """Of whom the reference is made: no doubtful match is among them, but where all are."""
     known = [(each.growth, each.doubts) for each in followed if each.growth is not None]
     sure = [growth for growth, doubts in known if may_be_reference(doubts)]
@@ -188,7 +188,7 @@ def _last_certain(fruitlet: FruitletRecord, day: date) -> Presence | None:
 
 def _outliers(block: BlockRecord, visit: BlockVisit) -> frozenset[Key]:
     """Fruitlets whose size the camera got wrong; calipers are taken as read."""
-    if block.source is not Source.CAMERA:
+    if block.source is not SizeSource.CAMERA:
         return frozenset()
     sizes = {
         (each.tag_id, each.fruitlet): size

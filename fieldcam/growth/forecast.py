@@ -17,16 +17,16 @@ import numpy as np
 
 from fieldcam.errors import BadInput
 from fieldcam.growth.doubts import MOST_MM_PER_DAY, Doubt
-from fieldcam.growth.following import Followed, follow, growth_of_sure
+from fieldcam.growth.following import FollowedFruitlet, follow, growth_of_sure
 from fieldcam.growth.grown import Growth
 from fieldcam.growth.noise import NOISE
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
+from fieldcam.growth.records import BlockRecord, FruitletRecord, SizeSource
 from fieldcam.growth.reference import FASTEST, Reference, mean_of_fastest
 from fieldcam.growth.resampling import Interval, Resampled, interval90, resample
 from fieldcam.growth.visits import BlockVisit, intervals, visit_on, visits_of
 
 
-class State(StrEnum):
+class FruitletState(StrEnum):
     """What the model says of a fruitlet."""
 
     PERSIST = "persist"
@@ -43,7 +43,7 @@ class State(StrEnum):
     visits. It is not among the initial ones."""
 
 
-_JUDGED = (State.PERSIST, State.ABSCISE, State.FALLEN)
+_JUDGED = (FruitletState.PERSIST, FruitletState.ABSCISE, FruitletState.FALLEN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class FruitletForecast:
     fruitlet: FruitletRecord
     growth: Growth | None
     """None without two sizes that count."""
-    state: State
+    state: FruitletState
     doubts: tuple[Doubt, ...] = ()
 
     @property
@@ -117,7 +117,7 @@ class Forecast:
     @property
     def ignored(self) -> int:
         """Fruitlets that would be among the initial ones, if they could be judged."""
-        return sum(each.state is State.IGNORED for each in self.fruitlets)
+        return sum(each.state is FruitletState.IGNORED for each in self.fruitlets)
 
     @property
     def interval90_pct(self) -> Interval:
@@ -166,12 +166,12 @@ def trend(block: BlockRecord) -> tuple[Forecast, ...]:
     return tuple(found)
 
 
-def _any_grew(followed: Sequence[Followed]) -> bool:
+def _any_grew(followed: Sequence[FollowedFruitlet]) -> bool:
     return any(each.growth is not None for each in followed)
 
 
 def _forecast(
-    block: BlockRecord, before: BlockVisit, after: BlockVisit, followed: Sequence[Followed]
+    block: BlockRecord, before: BlockVisit, after: BlockVisit, followed: Sequence[FollowedFruitlet]
 ) -> Forecast:
     growth = [each.growth for each in followed if each.growth is not None]
     resampled = resample(followed, NOISE[block.source])
@@ -193,43 +193,43 @@ def _forecast(
 def counts_of(fruitlets: Sequence[FruitletForecast]) -> Counts:
     """New and ignored fruitlets are not counted."""
     states = Counter(each.state for each in fruitlets)
-    fallen, not_seen = states[State.FALLEN], states[State.NOT_SEEN]
-    abscise = states[State.ABSCISE] + fallen
-    initial = states[State.PERSIST] + abscise + not_seen
-    return Counts(initial, states[State.PERSIST], abscise, fallen, not_seen)
+    fallen, not_seen = states[FruitletState.FALLEN], states[FruitletState.NOT_SEEN]
+    abscise = states[FruitletState.ABSCISE] + fallen
+    initial = states[FruitletState.PERSIST] + abscise + not_seen
+    return Counts(initial, states[FruitletState.PERSIST], abscise, fallen, not_seen)
 
 
-def _reference(source: Source, rates: np.ndarray, resampled: Resampled) -> Reference:
+def _reference(source: SizeSource, rates: np.ndarray, resampled: Resampled) -> Reference:
     """Growers' spreadsheets, and the trials behind the 50 %, take calipers as they read.
 
     The mean of all, where they are so few, is not pushed up by choosing the fastest.
     """
     measured, corrected = mean_of_fastest(rates), resampled.reference_mm_per_day
-    chosen = source is Source.CAMERA and len(rates) >= FASTEST
+    chosen = source is SizeSource.CAMERA and len(rates) >= FASTEST
     used = corrected if chosen else measured
     return Reference(min(FASTEST, len(rates)), used, measured, corrected)
 
 
-def _judged(followed: Followed, cutoff_mm_per_day: float) -> FruitletForecast:
+def _judged(followed: FollowedFruitlet, cutoff_mm_per_day: float) -> FruitletForecast:
     state = _state(followed, cutoff_mm_per_day)
     return FruitletForecast(followed.fruitlet, followed.growth, state, followed.doubts)
 
 
-def _state(followed: Followed, cutoff_mm_per_day: float) -> State:
+def _state(followed: FollowedFruitlet, cutoff_mm_per_day: float) -> FruitletState:
     if followed.new:
-        return State.NEW
+        return FruitletState.NEW
     if followed.ignored:
-        return State.IGNORED
+        return FruitletState.IGNORED
     if followed.fallen:
-        return State.FALLEN
+        return FruitletState.FALLEN
     if followed.growth is None:
-        return State.NOT_SEEN
+        return FruitletState.NOT_SEEN
     persists = followed.growth.rate_mm_per_day > cutoff_mm_per_day
-    return State.PERSIST if persists else State.ABSCISE
+    return FruitletState.PERSIST if persists else FruitletState.ABSCISE
 
 
 def _why_none(
-    block: BlockRecord, followed: Sequence[Followed], start: BlockVisit, end: BlockVisit
+    block: BlockRecord, followed: Sequence[FollowedFruitlet], start: BlockVisit, end: BlockVisit
 ) -> str:
     if any(Doubt.GROWTH in each.doubts for each in followed):
         return (

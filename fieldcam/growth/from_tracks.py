@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import date
 
 from fieldcam.growth.places import ClusterVisit, Track
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Source
+from fieldcam.growth.records import BlockRecord, FruitletRecord, SizeSource
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ def camera_record(
         fruitlets += [_fruitlet(cluster.tag_id, track) for track in cluster.tracks]
     return BlockRecord(
         name,
-        Source.CAMERA,
+        SizeSource.CAMERA,
         tuple(sorted(visited)),
         {day: frozenset(tags) for day, tags in sorted(visited.items())},
         tuple(fruitlets),

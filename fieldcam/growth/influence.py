@@ -9,7 +9,7 @@ from itertools import islice
 import numpy as np
 
 from fieldcam.growth.doubts import may_be_reference
-from fieldcam.growth.forecast import Counts, Forecast, FruitletForecast, State, counts_of
+from fieldcam.growth.forecast import Counts, Forecast, FruitletForecast, FruitletState, counts_of
 from fieldcam.growth.reference import FASTEST, PERSISTS_ABOVE, mean_of_fastest
 from fieldcam.values import Floats
 
@@ -92,5 +92,6 @@ def _judged_rates(fruitlets: Sequence[FruitletForecast]) -> list[float]:
     return [
         each.rate_mm_per_day
         for each in fruitlets
-        if each.state in (State.PERSIST, State.ABSCISE) and each.rate_mm_per_day is not None
+        if each.state in (FruitletState.PERSIST, FruitletState.ABSCISE)
+        and each.rate_mm_per_day is not None
     ]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fieldcam.growth.records import Source
+from fieldcam.growth.records import SizeSource
 from fieldcam.values import Floats
 
 RANGE_OF_FIVE = 2.326
@@ -47,8 +47,8 @@ class SizingNoise:
 
 
 NOISE = {
-    Source.CAMERA: SizingNoise((0.92, 0.08), (), ((0.165, 0.75),)),
-    Source.CALIPERS: SizingNoise(
+    SizeSource.CAMERA: SizingNoise((0.92, 0.08), (), ((0.165, 0.75),)),
+    SizeSource.CALIPERS: SizingNoise(
         (1.0,), (8.0, 12.0), tuple((mm / RANGE_OF_FIVE,) for mm in (0.50, 0.34, 0.71))
     ),
 }

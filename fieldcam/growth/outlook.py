@@ -14,7 +14,7 @@ from fieldcam.growth.crop import CropForecast, CropPlan, crop_forecast
 from fieldcam.growth.forecast import Forecast, forecast, trend
 from fieldcam.growth.influence import ClusterInfluence, influences
 from fieldcam.growth.records import BlockRecord
-from fieldcam.growth.sprays import Spray, last_spray
+from fieldcam.growth.sprays import SprayDay, last_spray
 from fieldcam.growth.visits import chosen_interval
 from fieldcam.growth.warnings import Warning, warnings_about
 
@@ -33,10 +33,10 @@ class Outlook:
     warnings: tuple[Warning, ...]
     clusters: tuple[ClusterInfluence, ...]
     """The most influential first."""
-    sprays: tuple[Spray, ...]
+    sprays: tuple[SprayDay, ...]
 
     @property
-    def last_spray(self) -> Spray | None:
+    def last_spray(self) -> SprayDay | None:
         """The last one before the second of the two visits, or on its day."""
         return last_spray(self.sprays, self.found.end.first)
 
@@ -52,7 +52,7 @@ def outlook(
     in_size_order: BlockRecord,
     between: tuple[date | None, date | None] = (None, None),
     plan: CropPlan | None = None,
-    sprays: Sequence[Spray] = (),
+    sprays: Sequence[SprayDay] = (),
     today: date | None = None,
 ) -> Outlook:
     """Between two visits, each named by a day of it; else of the newest visit against the one

@@ -34,7 +34,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seen:
+class SeenFruitlet:
     """One fruitlet of the target cluster in one picture."""
 
     place: Place
@@ -77,7 +77,7 @@ class ClusterVisit:
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
+class MatchWord:
     """The operator's word: the fruitlet at `one` is the fruitlet at `other`, or is none there."""
 
     one: Place

@@ -24,7 +24,7 @@ class Presence(StrEnum):
     """Its place was hidden, or its cluster was not photographed."""
 
 
-class Source(StrEnum):
+class SizeSource(StrEnum):
     """Who measured."""
 
     CAMERA = "camera"
@@ -73,7 +73,7 @@ class BlockRecord:
     """All tagged clusters of one variety of one orchard in one season."""
 
     name: str
-    source: Source
+    source: SizeSource
     visits: tuple[date, ...]
     """Rising; a block that is walked on two days running has two of them."""
     visited: Mapping[date, frozenset[int]]

@@ -22,7 +22,7 @@ from fieldcam.growth.deconvolution import (
     rate_grid,
 )
 from fieldcam.growth.doubts import may_be_reference
-from fieldcam.growth.following import Followed
+from fieldcam.growth.following import FollowedFruitlet
 from fieldcam.growth.noise import SizingNoise
 from fieldcam.growth.reference import PERSISTS_ABOVE, weighted_means_of_fastest
 from fieldcam.values import BoolMask, Floats
@@ -49,7 +49,7 @@ class Resampled:
     """Mean over the resamples of the fastest true rates."""
 
 
-def resample(followed: Sequence[Followed], noise: SizingNoise) -> Resampled:
+def resample(followed: Sequence[FollowedFruitlet], noise: SizingNoise) -> Resampled:
     """Needs at least one fruitlet with a growth rate."""
     rng = np.random.default_rng(_SEED)
     tags, cluster = np.unique([each.fruitlet.tag_id for each in followed], return_inverse=True)
@@ -93,7 +93,10 @@ def _weighted(rng: np.random.Generator, count: int) -> Floats:
 
 
 def _imputed(
-    rng: np.random.Generator, followed: Sequence[Followed], weights: Floats, noise: SizingNoise
+    rng: np.random.Generator,
+    followed: Sequence[FollowedFruitlet],
+    weights: Floats,
+    noise: SizingNoise,
 ) -> tuple[Floats, Floats]:
     """(R, N) rates, minus infinity for what has fallen; and how many each one stands for.
 
@@ -121,7 +124,7 @@ def _imputed(
     return rates, np.where(late, 1.0 / (1.0 - share_fallen), 1.0)
 
 
-def _share_fallen(followed: Sequence[Followed], weights: Floats) -> Floats:
+def _share_fallen(followed: Sequence[FollowedFruitlet], weights: Floats) -> Floats:
     """(R,) share of the fruitlets sized on the first of the two visits that fell since."""
     sized = np.array([each.sized_at_start for each in followed])
     fallen = _sum_where(weights, sized & np.array([each.fallen for each in followed]))
@@ -133,7 +136,7 @@ def _sum_where(weights: Floats, chosen: BoolMask) -> Floats:
     return np.asarray(weights[:, chosen].sum(axis=1))
 
 
-def _in_reference(followed: Sequence[Followed]) -> BoolMask:
+def _in_reference(followed: Sequence[FollowedFruitlet]) -> BoolMask:
     """(N,) who is not a doubtful match; all where nobody else has a rate."""
     sure = np.array([may_be_reference(each.doubts) for each in followed])
     grown = np.array([each.growth is not None for each in followed])

@@ -8,7 +8,7 @@ from datetime import date
 
 
 @dataclass(frozen=True, slots=True)
-class Spray:
+class SprayDay:
     """One spray of a block."""
 
     sprayed_on: date
@@ -16,7 +16,7 @@ class Spray:
     """Empty where nobody said."""
 
 
-def last_spray(sprays: Sequence[Spray], until: date) -> Spray | None:
+def last_spray(sprays: Sequence[SprayDay], until: date) -> SprayDay | None:
     """The last one up to a day; None where there was none."""
     past = [spray for spray in sprays if spray.sprayed_on <= until]
     return max(past, key=lambda spray: spray.sprayed_on, default=None)

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from statistics import median
 
 from fieldcam.growth.doubts import Doubt
-from fieldcam.growth.forecast import Forecast, FruitletForecast, State
-from fieldcam.growth.records import Presence, Source
+from fieldcam.growth.forecast import Forecast, FruitletForecast, FruitletState
+from fieldcam.growth.records import Presence, SizeSource
 from fieldcam.growth.visits import BlockVisit, visits_of
 from fieldcam.words import number_of
 
@@ -59,7 +59,7 @@ def tags_changed(found: Forecast) -> str | None:
 
 def other_clusters(found: Forecast) -> str | None:
     """Somebody may have photographed the neighbour; calipers know their fruit by name."""
-    if found.block.source is not Source.CAMERA:
+    if found.block.source is not SizeSource.CAMERA:
         return None
     odd = [
         f"{tag} on {visit}"
@@ -132,7 +132,7 @@ def _emptied(found: Forecast) -> list[int]:
         tag
         for tag, fruitlets in _by_tag(found).items()
         if len(hung := [each for each in fruitlets if _hung(each, found)]) >= FEWEST
-        and all(each.state is State.FALLEN for each in hung)
+        and all(each.state is FruitletState.FALLEN for each in hung)
     ]
 
 

@@ -14,10 +14,10 @@ from fieldcam.growth.missing import Chances, Shown, chances_fallen, presences
 from fieldcam.growth.places import (
     Association,
     ClusterVisit,
-    Seen,
+    MatchWord,
+    SeenFruitlet,
     Track,
     TrackedVisit,
-    Word,
 )
 from fieldcam.growth.records import Presence, Sighting
 from fieldcam.growth.size_rule import SizeRule, sighting_of
@@ -26,7 +26,7 @@ from fieldcam.growth.size_rule import SizeRule, sighting_of
 def track(
     visits: Sequence[ClusterVisit],
     method: Association = Association.GEOMETRY,
-    words: Sequence[Word] = (),
+    words: Sequence[MatchWord] = (),
     size_rule: SizeRule | None = None,
 ) -> tuple[Track, ...]:
     """Each fruitlet of a cluster on all visits (rising days) from its first sight on.
@@ -83,7 +83,7 @@ def _track(
     shown: Shown,
     fate: dict[int, Presence],
     certainties: ByPair,
-    words: Sequence[Word],
+    words: Sequence[MatchWord],
     size_rule: SizeRule,
 ) -> Track:
     said = {place for word in words for place in (word.one, word.other) if place is not None}
@@ -107,7 +107,7 @@ def _track(
 
 
 def _sighting(
-    seen: Sequence[Seen], fallen: bool, confidence: float, size_rule: SizeRule
+    seen: Sequence[SeenFruitlet], fallen: bool, confidence: float, size_rule: SizeRule
 ) -> Sighting:
     if fallen:
         return Sighting(Presence.FALLEN, None, confidence)

@@ -9,10 +9,10 @@ from statistics import mean
 
 from fieldcam.growth.date_warnings import doubtful_dates
 from fieldcam.growth.doubts import MOST_MM_PER_DAY, SURE, Doubt
-from fieldcam.growth.forecast import Forecast, State
-from fieldcam.growth.records import FruitletRecord, Source
+from fieldcam.growth.forecast import Forecast, FruitletState
+from fieldcam.growth.records import FruitletRecord, SizeSource
 from fieldcam.growth.reference import FASTEST
-from fieldcam.growth.sprays import Spray, last_spray
+from fieldcam.growth.sprays import SprayDay, last_spray
 from fieldcam.growth.tag_warnings import (
     emptied_clusters,
     mixed_up_clusters,
@@ -42,7 +42,7 @@ class Warning:
 
 def warnings_about(
     found: Forecast,
-    sprays: Sequence[Spray] = (),
+    sprays: Sequence[SprayDay] = (),
     by_size_order: Forecast | None = None,
     today: date | None = None,
 ) -> tuple[Warning, ...]:
@@ -55,7 +55,7 @@ def warnings_about(
 
 
 def _warnings(
-    found: Forecast, sprays: Sequence[Spray], by_size_order: Forecast | None, today: date | None
+    found: Forecast, sprays: Sequence[SprayDay], by_size_order: Forecast | None, today: date | None
 ) -> Iterator[Warning]:
     yield from (Warning(*doubt) for doubt in doubtful_dates(found.block.visits, today))
     for code, check in _CHECKS.items():
@@ -154,12 +154,12 @@ def _clusters_added(found: Forecast) -> str | None:
 def _no_first_size(found: Forecast) -> str | None:
     """An empty cell was perhaps forgotten; what a camera sees later was often hidden."""
     first = visits_of(found.block)[0]
-    if found.block.source is not Source.CALIPERS:
+    if found.block.source is not SizeSource.CALIPERS:
         return None
     late = [
         _name(each.fruitlet)
         for each in found.fruitlets
-        if each.state is State.NEW and each.fruitlet.tag_id in first.clusters
+        if each.state is FruitletState.NEW and each.fruitlet.tag_id in first.clusters
     ]
     if not late:
         return None
@@ -186,12 +186,12 @@ def _odd_growth(found: Forecast) -> str | None:
         f" {named(list(map(_name, odd)))}."
         for odd, did, counted in (
             (
-                _doubted(found, Doubt.GROWTH, State.IGNORED),
+                _doubted(found, Doubt.GROWTH, FruitletState.IGNORED),
                 f"grew more than {MOST_MM_PER_DAY} mm/day",
                 "left out, since a size must be wrong",
             ),
             (
-                _doubted(found, Doubt.SHRUNK, State.ABSCISE),
+                _doubted(found, Doubt.SHRUNK, FruitletState.ABSCISE),
                 "shrank by more than measuring errors",
                 "counted as falling, though a size or the match may be wrong",
             ),
@@ -212,7 +212,9 @@ def _doubtful_matches(found: Forecast) -> str | None:
     )
 
 
-def _doubted(found: Forecast, doubt: Doubt, state: State | None = None) -> list[FruitletRecord]:
+def _doubted(
+    found: Forecast, doubt: Doubt, state: FruitletState | None = None
+) -> list[FruitletRecord]:
     """Whom a doubt is about; of one state only where it is named."""
     return [
         each.fruitlet
@@ -234,7 +236,7 @@ def _first_interval(found: Forecast) -> str | None:
     )
 
 
-def _soon_after_spray(found: Forecast, sprays: Sequence[Spray]) -> str | None:
+def _soon_after_spray(found: Forecast, sprays: Sequence[SprayDay]) -> str | None:
     spray = last_spray(sprays, found.end.first)
     if spray is None:
         return None
@@ -247,7 +249,7 @@ def _soon_after_spray(found: Forecast, sprays: Sequence[Spray]) -> str | None:
     )
 
 
-def _sprayed_since(found: Forecast, sprays: Sequence[Spray]) -> str | None:
+def _sprayed_since(found: Forecast, sprays: Sequence[SprayDay]) -> str | None:
     since = sorted({each.sprayed_on for each in sprays if each.sprayed_on > found.end.days[-1]})
     if not since:
         return None

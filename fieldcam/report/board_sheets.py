@@ -13,8 +13,8 @@ from fieldcam.report.tag_sheets import (
     MARGIN_MM,
     RULER_HEIGHT_MM,
     Paper,
+    PaperSheet,
     Rectangle,
-    Sheet,
     Text,
     ruler,
     ruler_texts,
@@ -24,7 +24,7 @@ from fieldcam.values import ImageU8
 TEXT_MM = 3.0
 
 
-def board_sheet(board: Board, paper: Paper) -> Sheet:
+def board_sheet(board: Board, paper: Paper) -> PaperSheet:
     """The board in the middle of the paper, turned by a quarter where it fits only so."""
     cells, cell_mm = _cells(board)
     free_mm = paper.value[0] - 2 * MARGIN_MM, paper.value[1] - 2 * MARGIN_MM - RULER_HEIGHT_MM
@@ -35,7 +35,7 @@ def board_sheet(board: Board, paper: Paper) -> Sheet:
             f" does not fit on {paper.name.lower()}.",
             "Choose fewer or smaller squares.",
         )
-    return Sheet(
+    return PaperSheet(
         tuple([*_placed(turns[0], cell_mm, paper), *ruler()]), (_title(board), *ruler_texts())
     )
 

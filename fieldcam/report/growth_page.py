@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from fieldcam.growth.crop import Verdict
+from fieldcam.growth.crop import CropVerdict
 from fieldcam.growth.doubts import SURE, Doubt, doubts_told
 from fieldcam.growth.following import visits_between
-from fieldcam.growth.forecast import Forecast, FruitletForecast, State
+from fieldcam.growth.forecast import Forecast, FruitletForecast, FruitletState
 from fieldcam.growth.grown import Measured, ends_of
 from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.outlook import Outlook
-from fieldcam.growth.records import Source
+from fieldcam.growth.records import SizeSource
 from fieldcam.growth.reference import FASTEST, PERSISTS_ABOVE
 from fieldcam.growth.visits import BlockVisit, visits_of
 from fieldcam.report.growth_plots import rate_histogram, trend_plot
@@ -30,17 +30,17 @@ from fieldcam.words import give_or_take, number_of, signed, span
 
 PNG = b"\x89PNG"
 """How such a file begins; all other pictures are JPEG."""
-LOOKS = {Verdict.TOO_MANY: "bad", Verdict.ON_TARGET: "good", Verdict.TOO_FEW: "bad"}
+LOOKS = {CropVerdict.TOO_MANY: "bad", CropVerdict.ON_TARGET: "good", CropVerdict.TOO_FEW: "bad"}
 """Classes of the page's style."""
 STATES = {
-    State.PERSIST: "stays",
-    State.ABSCISE: "will fall",
-    State.FALLEN: "has fallen",
-    State.NOT_SEEN: "not seen",
-    State.NEW: "new, not counted",
-    State.IGNORED: "left out",
+    FruitletState.PERSIST: "stays",
+    FruitletState.ABSCISE: "will fall",
+    FruitletState.FALLEN: "has fallen",
+    FruitletState.NOT_SEEN: "not seen",
+    FruitletState.NEW: "new, not counted",
+    FruitletState.IGNORED: "left out",
 }
-MEASURED_BY = {Source.CAMERA: "camera", Source.CALIPERS: "calipers"}
+MEASURED_BY = {SizeSource.CAMERA: "camera", SizeSource.CALIPERS: "calipers"}
 
 
 def growth_page(
@@ -250,7 +250,7 @@ def _counted(found: Forecast) -> str:
     )
     return (
         "The set is counted of all fruitlets that hung on the block's first visit"
-        f"{late if found.block.source is Source.CAMERA else ''}: those that have fallen stay in"
+        f"{late if found.block.source is SizeSource.CAMERA else ''}: those that have fallen stay in"
         " it, those without a growth rate are left out of both counts."
     )
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fieldcam.growth.crop import CropPlan, crop_forecast
-from fieldcam.growth.forecast import Forecast, State
+from fieldcam.growth.forecast import Forecast, FruitletState
 from fieldcam.growth.resampling import Interval
 from fieldcam.growth.visits import visits_of
 from fieldcam.report.page import Html
@@ -24,9 +24,9 @@ SIZE_IN = (5.4, 2.8)
 LEAST_TICK_SHARE = 0.1
 """Of a date axis, between two labels."""
 _BARS = {
-    "stays": ((State.PERSIST,), GOOD, ""),
-    "will fall": ((State.ABSCISE,), BAD, "///"),
-    "not counted": ((State.NEW, State.IGNORED), QUIET, "..."),
+    "stays": ((FruitletState.PERSIST,), GOOD, ""),
+    "will fall": ((FruitletState.ABSCISE,), BAD, "///"),
+    "not counted": ((FruitletState.NEW, FruitletState.IGNORED), QUIET, "..."),
 }
 """By the words of the legend: states, colour, and a pattern for grey prints."""
 _FEWEST_BINS, _MOST_BINS = 8, 40
@@ -145,7 +145,7 @@ def _places(days: Sequence[date]) -> list[float]:
     return [float(day.toordinal()) for day in days]
 
 
-def _rates(found: Forecast, states: Sequence[State]) -> Floats:
+def _rates(found: Forecast, states: Sequence[FruitletState]) -> Floats:
     rates = [e.rate_mm_per_day for e in found.fruitlets if e.state in states]
     return np.array([rate for rate in rates if rate is not None], np.float64)
 

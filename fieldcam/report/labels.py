@@ -44,17 +44,17 @@ class Wish:
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class PlacedLabel:
     """A label's rectangle and its leader line."""
 
     rect: Rect
     leader: tuple[Point, Point]
 
 
-def place_labels(wishes: Sequence[Wish], frame: Rect, avoid: Sequence[Rect]) -> list[Placed]:
+def place_labels(wishes: Sequence[Wish], frame: Rect, avoid: Sequence[Rect]) -> list[PlacedLabel]:
     """Places for all wishes, in their order, inside `frame` and clear of `avoid`."""
     taken = [(r.x0, r.y0, r.x1, r.y1) for r in avoid]
-    placed: list[Placed] = []
+    placed: list[PlacedLabel] = []
     for wish in wishes:
         rects, starts, ends = _candidates(wish)
         cost = _shape_cost(wish, rects, starts, ends)
@@ -64,7 +64,7 @@ def place_labels(wishes: Sequence[Wish], frame: Rect, avoid: Sequence[Rect]) -> 
             cost += _CROSSING_COST * _crossings(starts, ends, other.leader)
         best = int(np.argmin(cost))
         rect = Rect(*rects[best])
-        placed.append(Placed(rect, (point(starts[best]), point(ends[best]))))
+        placed.append(PlacedLabel(rect, (point(starts[best]), point(ends[best]))))
         taken.append((rect.x0, rect.y0, rect.x1, rect.y1))
     return placed
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from fieldcam.images.pixels import as_rgb
 from fieldcam.report.ink import Canvas, Colour, Point, Rect, Typeface, circle
-from fieldcam.report.labels import Placed, Wish, place_labels
+from fieldcam.report.labels import PlacedLabel, Wish, place_labels
 from fieldcam.values import (
     ClusterReading,
     Flag,
@@ -215,7 +215,7 @@ class _Overlay:
             reaches_px=tuple(self._px(r) for r in reaches),
         )
 
-    def _paint_label(self, look: _Look, place: Placed) -> None:
+    def _paint_label(self, look: _Look, place: PlacedLabel) -> None:
         text = _label(look.fruitlet)
         if not look.fruitlet.in_target:
             self._chip(place.rect, text, self._face(14), look.colour, 0.35)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from fieldcam.report.tag_sheets import Paper, Rectangle, Sheet, Text
+from fieldcam.report.tag_sheets import Paper, PaperSheet, Rectangle, Text
 
 POINTS_PER_MM = 72 / 25.4
 _CATALOG, _PAGES, _FONT, _FIRST_PAGE = 1, 2, 3, 4
 
 
-def pdf_document(sheets: Sequence[Sheet], paper: Paper) -> bytes:
+def pdf_document(sheets: Sequence[PaperSheet], paper: Paper) -> bytes:
     """A whole file; each sheet is a page and what it shows."""
     numbers = range(_FIRST_PAGE, _FIRST_PAGE + 2 * len(sheets), 2)
     kids = " ".join(f"{number} 0 R" for number in numbers)
@@ -37,7 +37,7 @@ def _stream(text: str) -> str:
     return f"<< /Length {len(text)} >>\nstream\n{text}\nendstream"
 
 
-def _content(sheet: Sheet) -> Iterator[str]:
+def _content(sheet: PaperSheet) -> Iterator[str]:
     """In millimetres; all rectangles are one path, so that no seams show between them."""
     scale = f"{POINTS_PER_MM:.8f}"
     yield f"{scale} 0 0 {scale} 0 0 cm"

@@ -55,7 +55,7 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class Sheet:
+class PaperSheet:
     """One page."""
 
     rectangles: tuple[Rectangle, ...]
@@ -63,7 +63,7 @@ class Sheet:
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class SheetLayout:
     """How cards of one tag size share a paper."""
 
     paper: Paper
@@ -98,7 +98,7 @@ class Layout:
         return MARGIN_MM + column * width, self.paper.value[1] - MARGIN_MM - (row + 1) * height
 
 
-def tag_sheets(first: int, count: int, layout: Layout) -> tuple[Sheet, ...]:
+def tag_sheets(first: int, count: int, layout: SheetLayout) -> tuple[PaperSheet, ...]:
     """As many pages as it takes."""
     if layout.tag_size_mm < SMALLEST_TAG_MM or not layout.per_page:
         raise BadInput(
@@ -110,7 +110,7 @@ def tag_sheets(first: int, count: int, layout: Layout) -> tuple[Sheet, ...]:
     return tuple(_sheet(ids[step : step + layout.per_page], layout) for step in steps)
 
 
-def _sheet(ids: range, layout: Layout) -> Sheet:
+def _sheet(ids: range, layout: SheetLayout) -> PaperSheet:
     rectangles = [*_cut_marks(len(ids), layout), *ruler()]
     texts = [_title(ids, layout), *ruler_texts()]
     for place, tag_id in enumerate(ids):
@@ -118,7 +118,7 @@ def _sheet(ids: range, layout: Layout) -> Sheet:
         rectangles += _tag(tag_id, x_mm, y_mm + LABEL_MM, layout.cell_mm)
         middle_mm = x_mm + layout.card_mm[0] / 2
         texts.append(_centred(middle_mm, y_mm + 1.5, LABEL_MM, str(tag_id)))
-    return Sheet(tuple(rectangles), tuple(texts))
+    return PaperSheet(tuple(rectangles), tuple(texts))
 
 
 def _tag(tag_id: int, x_mm: float, y_mm: float, cell_mm: float) -> Iterator[Rectangle]:
@@ -132,7 +132,7 @@ def _tag(tag_id: int, x_mm: float, y_mm: float, cell_mm: float) -> Iterator[Rect
         )
 
 
-def _cut_marks(cards: int, layout: Layout, arm_mm: float = 1.5) -> Iterator[Rectangle]:
+def _cut_marks(cards: int, layout: SheetLayout, arm_mm: float = 1.5) -> Iterator[Rectangle]:
     """A cross at every corner of a card, once where cards share it."""
     columns, _ = layout.grid
     width, height = layout.card_mm
@@ -162,7 +162,7 @@ def ruler_texts() -> Iterator[Text]:
         yield _centred(MARGIN_MM + mm, MARGIN_MM + 2, 2.5, str(mm))
 
 
-def _title(ids: range, layout: Layout) -> Text:
+def _title(ids: range, layout: SheetLayout) -> Text:
     text = (
         f"tag36h11 {ids[0]} to {ids[-1]}, black square {layout.tag_size_mm:g} mm."
         " Print at 100 %: this ruler must be 100 mm long."

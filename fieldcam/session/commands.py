@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from fieldcam.growth.places import Place, Word
+from fieldcam.growth.places import MatchWord, Place
 from fieldcam.store.rows.judgements import Answer
 from fieldcam.store.rows.row import EntryId
 
@@ -133,7 +133,7 @@ class NameFruit:
 class MatchFruit:
     """Which fruitlet of one picture is which of another."""
 
-    word: Word
+    word: MatchWord
 
 
 @dataclass(frozen=True, slots=True)

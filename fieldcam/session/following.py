@@ -25,7 +25,7 @@ OLD_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)
-class Unseen:
+class NothingToFollow:
     """There is no walk to show, and why; it is tried again."""
 
     sentence: str
@@ -36,7 +36,7 @@ class NotAiming:
     """Nobody looks through the camera any more."""
 
 
-Sight = WalkState | Unseen | Previewed | NotAiming
+Sight = WalkState | NothingToFollow | Previewed | NotAiming
 
 
 class Follower:
@@ -69,14 +69,14 @@ class Follower:
                 self._try()
         finally:
             # What was told last must not look like what is now.
-            self._tell(Unseen("The walk is not followed any more: open this page again."))
+            self._tell(NothingToFollow("The walk is not followed any more: open this page again."))
 
     def _try(self) -> None:
         try:
             with closing(open_read_only(self._data)) as store:
                 self._follow(store)
         except (FieldcamError, OSError) as error:
-            self._tell(Unseen(str(error)))
+            self._tell(NothingToFollow(str(error)))
             self._closed.wait(self._retry_s)
 
     def _follow(self, store: ReadOnlyStore) -> None:
@@ -86,7 +86,9 @@ class Follower:
         while not self._closed.is_set() and store.file_id() == file:
             if (changes := store.changes()) != seen:
                 seen, view = changes, _view(store, view)
-                self._tell(Unseen("No walk was begun yet.") if view is None else view.state())
+                self._tell(
+                    NothingToFollow("No walk was begun yet.") if view is None else view.state()
+                )
             self._look()
             self._closed.wait(self._poll_s)
 

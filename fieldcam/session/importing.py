@@ -15,7 +15,7 @@ from fieldcam.exchange.capture_folder import NO_CHECKSUMS, CaptureFile
 from fieldcam.exchange.checksums import Checksums
 from fieldcam.exchange.pair_files import PairFiles, read_pair_files
 from fieldcam.session.events import VerdictReady
-from fieldcam.session.intake import Fate, Intake, Taken
+from fieldcam.session.intake import Fate, Intake, StoredPair
 from fieldcam.session.reading import Keeping, Pardoned, Reader
 from fieldcam.session.viewing import WalkView
 from fieldcam.store.captures import refuse_other_kind
@@ -81,7 +81,7 @@ def import_pairs(
         _set_up_cards(store, store.block(block), terms.tag_size_mm)
     intake = Intake(store, block)
     analysed = partial(_analysed, intake, reader, terms.accepting)
-    late: list[tuple[CaptureFile, Taken]] = []
+    late: list[tuple[CaptureFile, StoredPair]] = []
     for file in files:
         try:
             pair = _read_files(file, terms.checksums)
@@ -116,7 +116,7 @@ def _analysed(
     reader: Reader,
     accepting: Collection[Status],
     file: CaptureFile,
-    taken: Taken,
+    taken: StoredPair,
     pardoned: Pardoned = (),
 ) -> Outcome:
     """Raises what is pardoned, to be tried once more."""

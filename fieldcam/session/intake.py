@@ -34,7 +34,7 @@ class Fate(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class StoredPair:
     """A pair as the store has it now."""
 
     fate: Fate
@@ -55,7 +55,7 @@ class Intake:
     store: Store
     block: Block
 
-    def take(self, file: CaptureFile, pair: PairFiles) -> Taken:
+    def take(self, file: CaptureFile, pair: PairFiles) -> StoredPair:
         """Make a pair durable, unless it is known."""
         self.store.space.check()
         objects = self.store.objects
@@ -64,7 +64,7 @@ class Intake:
         left, right = (objects.keep(eye.content, eye.suffix).name for _, eye in eyes)
         return replace(self._taken(file, pair, left, right), mended=mended)
 
-    def _taken(self, file: CaptureFile, pair: PairFiles, left: str, right: str) -> Taken:
+    def _taken(self, file: CaptureFile, pair: PairFiles, left: str, right: str) -> StoredPair:
         # Under the write lock, so that two imports of one folder add each pair once.
         with writing(self.store.database):
             known = known_pairs(self.store.database, left, right)
@@ -73,11 +73,11 @@ class Intake:
                     return self._known(each)
             for each in known:
                 if each.stands:
-                    return Taken(Fate.SKIPPED, problem=_stored_as(file, each))
+                    return StoredPair(Fate.SKIPPED, problem=_stored_as(file, each))
             self._tidy(known)
             self._learn(file.tag_id)
             capture = self._capture(file, pair, left, right)
-            return Taken(Fate.ADDED, self.store.add_capture(capture))
+            return StoredPair(Fate.ADDED, self.store.add_capture(capture))
 
     def visit(self, day: date) -> EntryId:
         """The block's visit of this day; one that only the import made is over at once."""
@@ -86,10 +86,10 @@ class Intake:
             self.store.append(Event(EventKind.VISIT_ENDED, visit))
         return visit
 
-    def _known(self, pair: KnownPair) -> Taken:
+    def _known(self, pair: KnownPair) -> StoredPair:
         if pair.analysed or pair.discarded:
-            return Taken(Fate.KNOWN, read=pair.capture if pair.analysed else None)
-        return Taken(Fate.KNOWN, saved_capture(self.store.database, pair.capture))
+            return StoredPair(Fate.KNOWN, read=pair.capture if pair.analysed else None)
+        return StoredPair(Fate.KNOWN, saved_capture(self.store.database, pair.capture))
 
     def _tidy(self, known: tuple[KnownPair, ...]) -> None:
         """What was taken up of these files after a crash, without a tag, counts no more."""

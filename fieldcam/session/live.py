@@ -14,7 +14,7 @@ from dataclasses import replace
 from functools import partial
 from queue import SimpleQueue
 
-from fieldcam.analysis.status import Status
+from fieldcam.analysis.status import AnalysisStatus
 from fieldcam.camera.port import DEADLINE_S, FlashStereoDevice
 from fieldcam.errors import FieldcamError, ReadingDamaged
 from fieldcam.session import commands as c
@@ -50,7 +50,7 @@ class LiveWalk:
         store: Store,
         visit: EntryId,
         open_camera: Callable[[], FlashStereoDevice],
-        start_analysis: Callable[[Callable[[Status], None]], Analysis],
+        start_analysis: Callable[[Callable[[AnalysisStatus], None]], Analysis],
         listener: events.Listener,
         deadline_s: float = DEADLINE_S,
         calibration: CameraCalibration | None = None,

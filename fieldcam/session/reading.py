@@ -10,7 +10,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Protocol
 
-from fieldcam.analysis.status import Status
+from fieldcam.analysis.status import AnalysisStatus
 from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import AnalysisFailed, AnalysisOff, AnalysisTimeout, FieldcamError
 from fieldcam.session.deciding.learning import learned
@@ -51,7 +51,7 @@ class Analysis(Reader, Protocol):
     ) -> Future[tuple[TagPose, ...]]: ...
 
     @property
-    def status(self) -> Status: ...
+    def status(self) -> AnalysisStatus: ...
 
     def restart(self) -> None: ...
 

@@ -7,7 +7,7 @@ from datetime import date
 from enum import StrEnum
 from pathlib import Path
 
-from fieldcam.analysis.status import Status as AnalysisStatus
+from fieldcam.analysis.status import AnalysisStatus
 from fieldcam.session.summary import WalkSummary
 from fieldcam.store.queries.history import CaptureRecord, ClusterMark, FruitletSeen
 from fieldcam.store.queries.walks import Progress, WalkRoute

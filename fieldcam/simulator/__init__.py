@@ -5,17 +5,17 @@ extra (Embree). Everything follows from seeds.
 """
 
 from fieldcam.simulator.capture import SimulatedCapture, calibration_of, capture
-from fieldcam.simulator.faults import Fault, Faults
-from fieldcam.simulator.plan import Block, ClusterPlan, FruitletPlan, Variety
+from fieldcam.simulator.faults import Faults, Spoiling
+from fieldcam.simulator.plan import BlockPlan, ClusterPlan, FruitletPlan, Variety
 from fieldcam.simulator.truth import TrueFruitlet, Truth
 
 __all__ = [
-    "Block",
+    "BlockPlan",
     "ClusterPlan",
-    "Fault",
     "Faults",
     "FruitletPlan",
     "SimulatedCapture",
+    "Spoiling",
     "TrueFruitlet",
     "Truth",
     "Variety",

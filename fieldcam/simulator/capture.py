@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fieldcam.simulator.faults import SEVERITIES, Fault, Faults
-from fieldcam.simulator.light import Light
+from fieldcam.simulator.faults import SEVERITIES, Faults, Spoiling
+from fieldcam.simulator.light import SceneLight
 from fieldcam.simulator.mesh import F32
-from fieldcam.simulator.plan import Block, ClusterPlan
-from fieldcam.simulator.render import EyeView, Pose, Renderer
+from fieldcam.simulator.plan import BlockPlan, ClusterPlan
+from fieldcam.simulator.render import EyePose, EyeView, Renderer
 from fieldcam.simulator.scene import Scene, build_scene, with_covered_tag
 from fieldcam.simulator.sensor import Sensor
 from fieldcam.simulator.sightline import hiding_the_tag
@@ -31,7 +31,7 @@ CALIBRATIONS = (
 )
 """Focal lengths, principal points and baselines of the authors' real camera."""
 
-FRAMING = {Fault.TOO_NEAR, Fault.TOO_FAR, Fault.CUT_BY_BORDER, Fault.TAG_HIDDEN}
+FRAMING = {Spoiling.TOO_NEAR, Spoiling.TOO_FAR, Spoiling.CUT_BY_BORDER, Spoiling.TAG_HIDDEN}
 """Faults of what is looked at; the others spoil how it is taken."""
 
 
@@ -49,17 +49,17 @@ class SimulatedCapture:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shot:
+class RandomExposure:
     """Everything random about one exposure of one scene."""
 
-    pose: Pose
-    light: Light
+    pose: EyePose
+    light: SceneLight
     sensor: Sensor
     tilt_px: float
     """How far the right image sits too low: what rectification left over."""
 
 
-def calibration_of(block: Block) -> Calibration:
+def calibration_of(block: BlockPlan) -> Calibration:
     """The camera that a block is walked with."""
     return CALIBRATIONS[block.seed % len(CALIBRATIONS)]
 
@@ -70,7 +70,7 @@ class Aim:
 
     plan: ClusterPlan
     calibration: Calibration
-    shot: Shot
+    shot: RandomExposure
     renderer: Renderer
 
 
@@ -83,7 +83,7 @@ class Sight:
     day: float
     view: int
     calibration: Calibration
-    shot: Shot
+    shot: RandomExposure
     renderer: Renderer
     left: EyeView
     right: EyeView
@@ -91,14 +91,14 @@ class Sight:
 
 
 def capture(
-    block: Block, cluster_index: int, day: float, view: int = 0, faults: Faults | None = None
+    block: BlockPlan, cluster_index: int, day: float, view: int = 0, faults: Faults | None = None
 ) -> SimulatedCapture:
     """Photograph a cluster of a block on a day; equal arguments give equal pixels."""
     faults = faults or Faults()
     return develop(look(block, cluster_index, day, view, faults), faults)
 
 
-def look(block: Block, cluster_index: int, day: float, view: int, faults: Faults) -> Sight:
+def look(block: BlockPlan, cluster_index: int, day: float, view: int, faults: Faults) -> Sight:
     """Aim at a cluster; of the faults only those in FRAMING make a difference here."""
     return both_eyes(aim(block, cluster_index, day, view, faults), cluster_index, day, view)
 
@@ -114,7 +114,7 @@ def both_eyes(aimed: Aim, cluster_index: int, day: float, view: int) -> Sight:
     )
 
 
-def aim(block: Block, cluster_index: int, day: float, view: int, faults: Faults) -> Aim:
+def aim(block: BlockPlan, cluster_index: int, day: float, view: int, faults: Faults) -> Aim:
     """Point the camera at a cluster and part the leaves before its tag."""
     plan = block.clusters[cluster_index]
     calibration = calibration_of(block)
@@ -122,7 +122,7 @@ def aim(block: Block, cluster_index: int, day: float, view: int, faults: Faults)
     framing = faults if faults.kind in FRAMING else Faults()
     shot = draw_shot(plan, scene, day, view, calibration, framing)
     scene = parted(scene, shot, calibration)
-    if faults.kind is Fault.TAG_HIDDEN:
+    if faults.kind is Spoiling.TAG_HIDDEN:
         scene = with_covered_tag(scene, faults.severity / max(SEVERITIES))
     return Aim(plan, calibration, shot, Renderer(scene, shot.pose, calibration, shot.light))
 
@@ -132,7 +132,7 @@ def develop(sight: Sight, faults: Faults) -> SimulatedCapture:
     shot = _spoiled(sight.shot, faults)
     other = _later(sight, faults)
     images = expose(shot, sight.left, other, sight.calibration)
-    if faults.kind is Fault.SWAPPED_EYES:
+    if faults.kind is Spoiling.SWAPPED_EYES:
         images = images[::-1]
     return SimulatedCapture(
         raw=_raw_pair(images, sight.day, sight.cluster_index, sight.view),
@@ -141,7 +141,7 @@ def develop(sight: Sight, faults: Faults) -> SimulatedCapture:
     )
 
 
-def parted(scene: Scene, shot: Shot, calibration: Calibration) -> Scene:
+def parted(scene: Scene, shot: RandomExposure, calibration: Calibration) -> Scene:
     """The scene after the operator's free hand has parted the leaves before the tag."""
     hiding = hiding_the_tag(scene, shot.pose, (0.0, calibration.baseline_mm))
     while hiding:
@@ -153,18 +153,18 @@ def parted(scene: Scene, shot: Shot, calibration: Calibration) -> Scene:
 
 def draw_shot(
     plan: ClusterPlan, scene: Scene, day: float, view: int, calibration: Calibration, faults: Faults
-) -> Shot:
+) -> RandomExposure:
     """Aim, light and expose as an operator would, or as a fault makes it."""
     rng = np.random.default_rng([plan.seed, 4, round(day * 24), view])
     pose = _aim(rng, scene, calibration, faults)
-    light = Light.draw(rng, calibration.baseline_mm)
+    light = SceneLight.draw(rng, calibration.baseline_mm)
     sensor = Sensor.draw(rng)
     tilt_px = float(rng.normal(0, 0.15))
-    return _spoiled(Shot(pose, light, sensor, tilt_px), faults)
+    return _spoiled(RandomExposure(pose, light, sensor, tilt_px), faults)
 
 
 def expose(
-    shot: Shot, left: EyeView, right: EyeView, calibration: Calibration
+    shot: RandomExposure, left: EyeView, right: EyeView, calibration: Calibration
 ) -> tuple[ImageU8, ImageU8]:
     """Both pictures (h, w, 3) of an exposure, each as large as its view."""
     sensors = (shot.sensor, shot.sensor.other_eye())
@@ -192,15 +192,17 @@ def _shifted_rows(radiance: F32, shift_px: float) -> F32:
     )
 
 
-def _aim(rng: np.random.Generator, scene: Scene, calibration: Calibration, faults: Faults) -> Pose:
+def _aim(
+    rng: np.random.Generator, scene: Scene, calibration: Calibration, faults: Faults
+) -> EyePose:
     """Point the camera so that the cluster and its tag stand near the image's middle."""
     range_mm = float(np.clip(rng.normal(438, 45), 345, 545))
     aside = rng.normal(0, 18, 2)
-    if faults.kind is Fault.TOO_NEAR:
+    if faults.kind is Spoiling.TOO_NEAR:
         range_mm = 300 - 22 * faults.severity
-    if faults.kind is Fault.TOO_FAR:
+    if faults.kind is Spoiling.TOO_FAR:
         range_mm = 640 + 70 * faults.severity
-    if faults.kind is Fault.CUT_BY_BORDER:
+    if faults.kind is Spoiling.CUT_BY_BORDER:
         half_mm = calibration.width_px / 2 / calibration.focal_px * range_mm
         aside = np.array([half_mm - 25 + 7 * faults.severity, 0]) * rng.choice([-1, 1])
     turn = Rotation.from_euler("yxz", rng.normal(0, [0.16, 0.13, 0.09])).as_matrix()
@@ -215,22 +217,22 @@ def _aim(rng: np.random.Generator, scene: Scene, calibration: Calibration, fault
         ]
     )
     rotation = turn.astype(np.float32)
-    return Pose(rotation, (off_center - rotation @ middle).astype(np.float32))
+    return EyePose(rotation, (off_center - rotation @ middle).astype(np.float32))
 
 
-def _spoiled(shot: Shot, faults: Faults) -> Shot:
+def _spoiled(shot: RandomExposure, faults: Faults) -> RandomExposure:
     """The same shot with its light, lens or rectification at fault."""
     sensor, bad = shot.sensor, faults.severity
     match faults.kind:
-        case Fault.DARK:
+        case Spoiling.DARK:
             return replace(shot, sensor=replace(sensor, exposure=sensor.exposure * 0.1 / 2**bad))
-        case Fault.OVEREXPOSED:
+        case Spoiling.OVEREXPOSED:
             return replace(shot, sensor=replace(sensor, exposure=3.0 + 2.0 * bad))
-        case Fault.BLURRED:
+        case Spoiling.BLURRED:
             return replace(shot, sensor=replace(sensor, shake_px=4.0 + 4.0 * bad))
-        case Fault.DEFOCUSED:
+        case Spoiling.DEFOCUSED:
             return replace(shot, sensor=replace(sensor, lens_blur_px=2.0 + 1.0 * bad))
-        case Fault.DRIFTED:
+        case Spoiling.DRIFTED:
             return replace(shot, tilt_px=1.2 + 1.1 * bad)
         case _:
             return shot
@@ -238,12 +240,12 @@ def _spoiled(shot: Shot, faults: Faults) -> Shot:
 
 def _later(sight: Sight, faults: Faults) -> EyeView:
     """The right view of this exposure, or of another one where the pair is mixed up."""
-    if faults.kind is not Fault.MISPAIRED:
+    if faults.kind is not Spoiling.MISPAIRED:
         return sight.right
     rng = np.random.default_rng([sight.plan.seed, 5, sight.view])
     slip = rng.normal(0, 1, 3) * np.array([4.0, 4.0, 3.0]) * faults.severity
     pose = sight.shot.pose
-    moved = Pose(pose.rotation, (pose.translation_mm + slip).astype(np.float32))
+    moved = EyePose(pose.rotation, (pose.translation_mm + slip).astype(np.float32))
     renderer = Renderer(sight.renderer.scene, moved, sight.calibration, sight.shot.light)
     return renderer.view(sight.calibration.baseline_mm, sight.right.region)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
-class Fault(StrEnum):
+class Spoiling(StrEnum):
     """One way to spoil a pair."""
 
     NONE = "none"
@@ -30,5 +30,5 @@ SEVERITIES = (1, 2, 3, 4, 5)
 class Faults:
     """A fault and how bad it is: 1 can just be told, 5 cannot be missed."""
 
-    kind: Fault = Fault.NONE
+    kind: Spoiling = Spoiling.NONE
     severity: int = 5

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from fieldcam.simulator.mesh import F32, Part, unit
+from fieldcam.simulator.mesh import F32, MeshPart, unit
 from fieldcam.simulator.raycast import RayCaster
 
 REFERENCE_MM = 440.0
@@ -25,7 +25,7 @@ class Sun:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Light:
+class SceneLight:
     """All light of one exposure; strengths are linear, 1 lights white paper fully."""
 
     lamps_mm: F32
@@ -41,7 +41,7 @@ class Light:
     sun: Sun | None = None
 
     @classmethod
-    def draw(cls, rng: np.random.Generator, baseline_mm: float, flash: float = 1.0) -> Light:
+    def draw(cls, rng: np.random.Generator, baseline_mm: float, flash: float = 1.0) -> SceneLight:
         """Draw the light of one exposure; `flash` scales the lamps."""
         spread = rng.uniform(35, 110)
         height = rng.normal(0, 25)
@@ -78,7 +78,7 @@ class Light:
         up = (0.5 - 0.5 * outward[:, 1])[:, None]
         diffuse = self.sky * up + self.ground * (1 - up)
         shine = np.zeros(len(points_mm), np.float32)
-        thin = np.where(part == Part.LEAF, np.float32(0.35), np.float32(0))
+        thin = np.where(part == MeshPart.LEAF, np.float32(0.35), np.float32(0))
         lights = [*self.lamps_mm, *([self.sun.place_mm] if self.sun else [])]
         for lamp in lights:
             path = unit(lamp - points_mm)

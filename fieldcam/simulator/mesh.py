@@ -13,7 +13,7 @@ F32 = npt.NDArray[np.float32]
 I32 = npt.NDArray[np.int32]
 
 
-class Part(IntEnum):
+class MeshPart(IntEnum):
     """What a triangle belongs to; decides its texture and its truth."""
 
     FRUIT = 0
@@ -39,7 +39,7 @@ class Mesh:
     local: F32
     albedo: F32
     triangles: I32
-    part: Part
+    part: MeshPart
     gloss: float = 0.0
     fruitlet: int = -1
     """Index into the scene's fruitlets, -1 for anything else."""

@@ -51,14 +51,14 @@ class ClusterPlan:
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class BlockPlan:
     """The tagged clusters of one variety of one orchard in one season."""
 
     seed: int
     clusters: tuple[ClusterPlan, ...]
 
     @classmethod
-    def plan(cls, seed: int, clusters: int, variety: Variety | None = None) -> Block:
+    def plan(cls, seed: int, clusters: int, variety: Variety | None = None) -> BlockPlan:
         """Plan a block of a variety, else of a drawn one; equal arguments give equal blocks."""
         rng = np.random.default_rng([seed, 1])
         drawn = Variety.draw(rng)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from fieldcam.simulator.light import Light
+from fieldcam.simulator.light import SceneLight
 from fieldcam.simulator.mesh import F32, I32, Soup, join, unit
 from fieldcam.simulator.raycast import MISS, Hits, RayCaster
 from fieldcam.simulator.scene import Scene
@@ -26,7 +26,7 @@ I64 = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pose:
+class EyePose:
     """Scene to camera: x -> rotation @ x + translation_mm."""
 
     rotation: F32
@@ -52,7 +52,9 @@ class EyeView:
 class Renderer:
     """One posed and lit scene, ready to be looked at by either eye."""
 
-    def __init__(self, scene: Scene, pose: Pose, calibration: Calibration, light: Light) -> None:
+    def __init__(
+        self, scene: Scene, pose: EyePose, calibration: Calibration, light: SceneLight
+    ) -> None:
         self.scene, self.pose, self.calibration, self.light = scene, pose, calibration, light
         moved = [m.moved(pose.rotation, pose.translation_mm) for m in scene.meshes]
         self.soup: Soup = join(moved)

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fieldcam.simulator import shapes, spur
-from fieldcam.simulator.mesh import F32, Mesh, Part
+from fieldcam.simulator.mesh import F32, Mesh, MeshPart
 from fieldcam.simulator.plan import ClusterPlan
-from fieldcam.simulator.spur import Size
+from fieldcam.simulator.spur import TrueSize
 from fieldcam.simulator.style import Style, varied
 from fieldcam.values import TAG_SIZE_MM
 
@@ -108,7 +108,9 @@ def _target(
     directions += moving.normal(0, motion.stem_rad, directions.shape).astype(np.float32)
     sag = fixed.uniform(0.0, 0.5) + abs(moving.normal(0, motion.sag))
     alive = [i for i, f in enumerate(plan.fruitlets) if f.hangs(day)]
-    sizes = [Size(plan.fruitlets[i].diameter_mm(day), plan.fruitlets[i].elongation) for i in alive]
+    sizes = [
+        TrueSize(plan.fruitlets[i].diameter_mm(day), plan.fruitlets[i].elongation) for i in alive
+    ]
     turn = _small_rotation(moving, motion.turn_rad)
     shift = moving.normal(0, motion.shift_mm, 3).astype(np.float32)
     placed = spur.hang(moving, sizes, directions[alive], stems[alive], sag) if alive else []
@@ -128,7 +130,7 @@ def _neighbour(
     """Another cluster of the same tree, 60 to 250 mm away."""
     along = spur.heading(rng)
     sizes = [
-        Size(float(rng.uniform(5, 19)), float(rng.uniform(1.02, 1.15)))
+        TrueSize(float(rng.uniform(5, 19)), float(rng.uniform(1.02, 1.15)))
         for _ in range(int(rng.integers(1, 7)))
     ]
     directions = spur.stem_directions(rng, len(sizes), along)
@@ -195,7 +197,7 @@ def _limb(
 ) -> Mesh:
     path = shapes.arc(start, end, 6.0, 16)
     radius = np.linspace(start_radius, end_radius, len(path))
-    return shapes.tube(path, radius, color, Part.BARK, sides)
+    return shapes.tube(path, radius, color, MeshPart.BARK, sides)
 
 
 def _tag(
@@ -221,7 +223,7 @@ def _tag(
     knot = top + np.array([fixed.normal(0, 6), -fixed.uniform(30, 60), 25], np.float32)
     string = shapes.tube(
         shapes.arc(top.astype(np.float32), knot.astype(np.float32), 0.0), np.full(12, 0.5),
-        spur.rgb(style.paper), Part.STRING, 5,
+        spur.rgb(style.paper), MeshPart.STRING, 5,
     )  # fmt: skip
     return [card, string], center, rotation
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fieldcam.simulator.mesh import F32, Mesh, Part, grid_normals, grid_triangles
+from fieldcam.simulator.mesh import F32, Mesh, MeshPart, grid_normals, grid_triangles
 from fieldcam.values import Floats
 
 Rgb = tuple[float, float, float]
@@ -41,7 +41,7 @@ def fruitlet(
         local=vertices,
         albedo=np.repeat(_blend(skin, (1 - np.cos(polar)) / 2), len(around), axis=0),
         triangles=grid_triangles(len(polar), len(around)),
-        part=Part.FRUIT,
+        part=MeshPart.FRUIT,
         gloss=gloss,
         fruitlet=index,
     )
@@ -93,7 +93,7 @@ def sepals(
             + up[:, None, None] * np.array([0, 0, 1.0])
             + (half_width[:, None] * side)[:, :, None] * tangent
         )
-        lobes.append(_sheet(points.astype(np.float32), color, Part.SEPAL))
+        lobes.append(_sheet(points.astype(np.float32), color, MeshPart.SEPAL))
     return lobes
 
 
@@ -119,16 +119,16 @@ def leaf(
         ],
         -1,
     ).astype(np.float32)
-    mesh = _sheet(points, color, Part.LEAF)
+    mesh = _sheet(points, color, MeshPart.LEAF)
     v, u = np.meshgrid(across, along)
     local = np.stack([u * length_mm, v * outline[:, None] * width_mm / 2, 0 * u], -1)
     return Mesh(
         mesh.vertices_mm, mesh.normals, local.reshape(-1, 3).astype(np.float32),
-        mesh.albedo, mesh.triangles, Part.LEAF, gloss=0.25,
+        mesh.albedo, mesh.triangles, MeshPart.LEAF, gloss=0.25,
     )  # fmt: skip
 
 
-def tube(path_mm: F32, radius_mm: Floats, color: Rgb, part: Part, sides: int = 10) -> Mesh:
+def tube(path_mm: F32, radius_mm: Floats, color: Rgb, part: MeshPart, sides: int = 10) -> Mesh:
     """A round stem along a path (N, 3) with a radius at each point (N,)."""
     heading = np.gradient(path_mm, axis=0)
     heading /= np.maximum(np.linalg.norm(heading, axis=1, keepdims=True), 1e-6)
@@ -164,15 +164,15 @@ def tag_card(card_mm: float, paper: Rgb) -> Mesh:
     side = np.linspace(-card_mm / 2, card_mm / 2, 5, dtype=np.float32)
     x, y = np.meshgrid(side, side)
     bow = 0.0004 * (x**2 - y**2)
-    mesh = _sheet(np.stack([x, y, bow], -1).astype(np.float32), paper, Part.TAG)
+    mesh = _sheet(np.stack([x, y, bow], -1).astype(np.float32), paper, MeshPart.TAG)
     local = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
     return Mesh(
         mesh.vertices_mm, mesh.normals, local.astype(np.float32),
-        mesh.albedo, mesh.triangles, Part.TAG, gloss=0.05,
+        mesh.albedo, mesh.triangles, MeshPart.TAG, gloss=0.05,
     )  # fmt: skip
 
 
-def _sheet(points: F32, color: Rgb, part: Part) -> Mesh:
+def _sheet(points: F32, color: Rgb, part: MeshPart) -> Mesh:
     vertices = points.reshape(-1, 3)
     return Mesh(
         vertices_mm=vertices,

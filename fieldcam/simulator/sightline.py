@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fieldcam.simulator.mesh import F32, Mesh, Part, join
+from fieldcam.simulator.mesh import F32, Mesh, MeshPart, join
 from fieldcam.simulator.raycast import RayCaster
-from fieldcam.simulator.render import Pose
+from fieldcam.simulator.render import EyePose
 from fieldcam.simulator.scene import CARD_MM, Scene
 from fieldcam.values import TAG_SIZE_MM
 
@@ -16,11 +16,11 @@ _ON_CARD = 0.9995
 """Share of the way to the card beyond which a hit is the card's own surface."""
 
 
-HIDING = (Part.LEAF, Part.STEM, Part.BARK)
+HIDING = (MeshPart.LEAF, MeshPart.STEM, MeshPart.BARK)
 """What a free hand parts, and the wood behind which nobody hangs a tag."""
 
 
-def hiding_the_tag(scene: Scene, pose: Pose, eyes_x_mm: tuple[float, ...]) -> set[int]:
+def hiding_the_tag(scene: Scene, pose: EyePose, eyes_x_mm: tuple[float, ...]) -> set[int]:
     """Indices of the leaves, stems and wood that hide a part of the tag from an eye."""
     points = pose.apply(_print_mm(scene))
     moved = {

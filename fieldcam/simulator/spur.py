@@ -12,13 +12,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fieldcam.simulator import shapes
-from fieldcam.simulator.mesh import F32, Mesh, Part
+from fieldcam.simulator.mesh import F32, Mesh, MeshPart
 from fieldcam.simulator.style import Style, varied
 from fieldcam.values import Floats
 
 
 @dataclass(frozen=True, slots=True)
-class Size:
+class TrueSize:
     """The size of one fruitlet on one day."""
 
     diameter_mm: float
@@ -26,10 +26,10 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Placed:
+class HungFruitlet:
     """Where a fruitlet hangs: centre (3,) in mm and unit axis (3,) from stem to calyx."""
 
-    size: Size
+    size: TrueSize
     center_mm: F32
     axis: F32
 
@@ -54,8 +54,8 @@ def stem_directions(rng: np.random.Generator, count: int, along: F32) -> F32:
 
 
 def hang(
-    rng: np.random.Generator, sizes: list[Size], directions: F32, stems_mm: Floats, sag: float
-) -> list[Placed]:
+    rng: np.random.Generator, sizes: list[TrueSize], directions: F32, stems_mm: Floats, sag: float
+) -> list[HungFruitlet]:
     """Put fruitlets at the ends of their stems, let them sag, and push them apart."""
     down = np.array([0, 1.0, 0])
     bent = np.stack(
@@ -72,12 +72,18 @@ def hang(
         centers += (gap / distance[..., None] * overlap[..., None]).sum(axis=1) * 0.55
     axes = [_unit(c + rng.normal(0, 0.18, 3) * np.linalg.norm(c)) for c in centers]
     return [
-        Placed(s, c.astype(np.float32), a) for s, c, a in zip(sizes, centers, axes, strict=True)
+        HungFruitlet(s, c.astype(np.float32), a)
+        for s, c, a in zip(sizes, centers, axes, strict=True)
     ]
 
 
 def fruitlet_meshes(
-    rng: np.random.Generator, placed: Placed, style: Style, index: int, skin: F32, segments: int
+    rng: np.random.Generator,
+    placed: HungFruitlet,
+    style: Style,
+    index: int,
+    skin: F32,
+    segments: int,
 ) -> list[Mesh]:
     """The fruitlet, its calyx and its stem, placed in the spur's frame."""
     size = placed.size
@@ -109,7 +115,7 @@ def fruitlet_meshes(
     neck = placed.center_mm - placed.axis * size.diameter_mm / 2 * size.elongation * 0.86
     path = shapes.arc(np.zeros(3, np.float32), neck.astype(np.float32), rng.uniform(-1.5, 2.5))
     radius = np.linspace(1.1, 0.75, len(path)) * rng.uniform(0.8, 1.3)
-    return [*moved, shapes.tube(path, radius, rgb(varied(rng, style.stem, 0.1)), Part.STEM)]
+    return [*moved, shapes.tube(path, radius, rgb(varied(rng, style.stem, 0.1)), MeshPart.STEM)]
 
 
 def leaf_meshes(
@@ -125,7 +131,7 @@ def leaf_meshes(
         foot = (direction * rng.uniform(14, 42) * scale).astype(np.float32)
         petiole = shapes.arc(np.zeros(3, np.float32), foot, rng.uniform(-4, 4))
         meshes.append(
-            shapes.tube(petiole, np.full(len(petiole), 0.8), rgb(style.stem), Part.STEM, 6)
+            shapes.tube(petiole, np.full(len(petiole), 0.8), rgb(style.stem), MeshPart.STEM, 6)
         )
         meshes.append(blade(rng, style, foot, direction, scale))
     return meshes

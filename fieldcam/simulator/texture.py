@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from fieldcam.simulator.mesh import F32, Part
+from fieldcam.simulator.mesh import F32, MeshPart
 from fieldcam.simulator.style import Style
 from fieldcam.values import TAG_SIZE_MM
 from fieldcam.vision.tags.pattern import tag_cells
@@ -59,11 +59,11 @@ def reflectance(
     shifted = local + (thing % 97)[:, None].astype(np.float32) * np.float32(7.31)
     out = albedo * (1 + 0.10 * noise(shifted, 2.3))[:, None]
     out *= (1 + 0.05 * grain(shifted, 0.23))[:, None]
-    for kind, paint in ((Part.FRUIT, _skin), (Part.LEAF, _veins), (Part.BARK, _bark)):
+    for kind, paint in ((MeshPart.FRUIT, _skin), (MeshPart.LEAF, _veins), (MeshPart.BARK, _bark)):
         chosen = np.flatnonzero(part == kind)
         if len(chosen):
             out[chosen] *= paint(local[chosen], shifted[chosen], style)
-    printed = np.flatnonzero(part == Part.TAG)
+    printed = np.flatnonzero(part == MeshPart.TAG)
     if len(printed):
         out[printed] *= _print(local[printed], tag_print)
     return np.asarray(np.clip(out, 0.0, 1.0), np.float32)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from fieldcam.simulator.mesh import F32, Part
+from fieldcam.simulator.mesh import F32, MeshPart
 from fieldcam.simulator.render import EyeView, Renderer
 from fieldcam.values import BoolMask, FloatMap, Mask
 
@@ -108,7 +108,7 @@ def true_fruitlets(renderer: Renderer, view: EyeView) -> tuple[TrueFruitlet, ...
     soup = renderer.soup
     known = []
     for index, fruitlet in enumerate(renderer.scene.fruitlets):
-        own = (soup.fruitlet == index) & (soup.part == Part.FRUIT)
+        own = (soup.fruitlet == index) & (soup.part == MeshPart.FRUIT)
         vertices = soup.vertices_mm[np.unique(soup.triangles[own])]
         if len(vertices) == 0 or vertices[:, 2].min() < 50:
             continue

@@ -35,7 +35,7 @@ from fieldcam.tui.questions.learning import LearnKey
 from fieldcam.tui.questions.setup_questions import Questions, carried_out
 from fieldcam.tui.remote import VARIABLE, shutter_keys
 from fieldcam.tui.screens.aim_screen import AimScreen
-from fieldcam.tui.screens.page import Frame, Page
+from fieldcam.tui.screens.page import FullScreen, Page
 from fieldcam.tui.screens.setup_screen import SetUpScreen
 from fieldcam.tui.screens.walk_screen import WalkScreen
 from fieldcam.tui.sound import Silence, Sound
@@ -161,7 +161,7 @@ class FieldcamApp(OpeningApp):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """What belongs to a walk waits for one; a screen without room only ends or helps."""
         screen = self.screen_stack[-1] if self.screen_stack else None
-        if isinstance(screen, Frame) and screen.too_small:
+        if isinstance(screen, FullScreen) and screen.too_small:
             return action in WITHOUT_ROOM
         return self.walk is not None or action not in OF_THE_WALK
 
@@ -190,9 +190,9 @@ class FieldcamApp(OpeningApp):
 
     def action_end(self) -> None:
         """Asked about, as its key lies beside others; Ctrl+Q is not."""
-        if isinstance(self.screen, Frame) and self.screen.too_small:
+        if isinstance(self.screen, FullScreen) and self.screen.too_small:
             self.exit()
-        elif isinstance(self.screen, Frame):
+        elif isinstance(self.screen, FullScreen):
             self.push_screen(AskYes(END), lambda yes: self.exit() if yes else None)
 
     def action_switch_theme(self) -> None:
@@ -236,7 +236,7 @@ class FieldcamApp(OpeningApp):
 
     def _look_at_the_calendar(self) -> None:
         """The app may be left open over days, with the lid closed; what is typed is let be."""
-        if isinstance(self.screen, Frame):
+        if isinstance(self.screen, FullScreen):
             self._ask_once_the_day_is_over()
 
     def _ask_once_the_day_is_over(self) -> None:

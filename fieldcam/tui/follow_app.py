@@ -12,7 +12,7 @@ from textual.binding import Binding, BindingType
 from textual.message import Message
 
 from fieldcam.session.events import Previewed
-from fieldcam.session.following import Follower, NotAiming, Sight, Unseen
+from fieldcam.session.following import Follower, NotAiming, NothingToFollow, Sight
 from fieldcam.session.state import WalkState
 from fieldcam.tui.ending import EndableApp, ended_by_signals
 from fieldcam.tui.screens.follow_screens import FollowAim, FollowScreen, FollowWalk
@@ -22,7 +22,7 @@ ORPHAN_S = 2.0
 """How often it looks whether whoever started it is still there."""
 
 
-class Seen(Message):
+class FollowerTold(Message):
     """The follower told something, in a thread of its own."""
 
     def __init__(self, sight: Sight) -> None:
@@ -52,7 +52,7 @@ class FollowApp(EndableApp[None]):
         super().__init__()
         self._start, self._starter = start, os.getppid()
         self._follower: Following | None = None
-        self._sight: WalkState | Unseen = Unseen("Looking for the walk.")
+        self._sight: WalkState | NothingToFollow = NothingToFollow("Looking for the walk.")
         self._preview: Previewed | None = None
         for theme in (DARK, LIGHT):
             self.register_theme(theme)
@@ -67,7 +67,7 @@ class FollowApp(EndableApp[None]):
         if self._follower is not None:
             self._follower.close()
 
-    def on_seen(self, message: Seen) -> None:
+    def on_seen(self, message: FollowerTold) -> None:
         match message.sight:
             case Previewed() as preview:
                 began, self._preview = self._preview is None, preview
@@ -89,7 +89,7 @@ class FollowApp(EndableApp[None]):
 
     def _told(self, sight: Sight) -> None:
         """In the follower's thread."""
-        self.post_message(Seen(sight))
+        self.post_message(FollowerTold(sight))
 
     def _turn_to(self, kind: type[FollowScreen]) -> None:
         # Not waited for, since the screen that goes may have asked for it.

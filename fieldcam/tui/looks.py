@@ -21,7 +21,7 @@ VARIABLE = "FIELDCAM_PICTURES"
 LIBRARY = "textual_image"
 
 
-class Pictures(StrEnum):
+class PictureStyle(StrEnum):
     """What a picture is made of."""
 
     KITTY = "kitty"
@@ -36,7 +36,7 @@ class Pictures(StrEnum):
     """Numbers only."""
 
 
-PIXELS = (Pictures.KITTY, Pictures.SIXEL)
+PIXELS = (PictureStyle.KITTY, PictureStyle.SIXEL)
 """What the extra `pictures` draws."""
 
 
@@ -44,33 +44,35 @@ PIXELS = (Pictures.KITTY, Pictures.SIXEL)
 class Look:
     """What fits one terminal."""
 
-    pictures: Pictures = Pictures.BLOCKS
+    pictures: PictureStyle = PictureStyle.BLOCKS
     theme: str = DARK.name
     colour: bool = True
 
 
-def ask_terminal() -> Pictures:
+def ask_terminal() -> PictureStyle:
     """What the terminal can draw; only before the app starts, as it reads the answer."""
     at_a_terminal = all(stream.isatty() for stream in (sys.stdin, sys.stdout))
     if not at_a_terminal or find_spec(LIBRARY) is None:
-        return Pictures.BLOCKS
+        return PictureStyle.BLOCKS
     from textual_image import renderable
 
-    known = {renderable.TGPImage: Pictures.KITTY, renderable.SixelImage: Pictures.SIXEL}
-    return known.get(renderable.Image, Pictures.BLOCKS)
+    known = {renderable.TGPImage: PictureStyle.KITTY, renderable.SixelImage: PictureStyle.SIXEL}
+    return known.get(renderable.Image, PictureStyle.BLOCKS)
 
 
-def chosen_look(environ: Mapping[str, str], ask: Callable[[], Pictures] = ask_terminal) -> Look:
+def chosen_look(environ: Mapping[str, str], ask: Callable[[], PictureStyle] = ask_terminal) -> Look:
     """What the environment says; `ask` is called where it leaves the choice."""
     terminal = environ.get("TERM", "")
     if "NO_COLOR" in environ or terminal in ("dumb", "unknown") or terminal.startswith("vt"):
-        return Look(Pictures.NONE, colour=False)
+        return Look(PictureStyle.NONE, colour=False)
     named = environ.get(VARIABLE, "")
     if terminal == "linux":
-        return Look(Pictures.NONE if named == Pictures.NONE else Pictures.CELLS, CONSOLE.name)
-    pictures = Pictures(named) if named in tuple(Pictures) else ask()
-    if pictures is Pictures.BLOCKS and not has_utf8(environ):
-        pictures = Pictures.CELLS
+        return Look(
+            PictureStyle.NONE if named == PictureStyle.NONE else PictureStyle.CELLS, CONSOLE.name
+        )
+    pictures = PictureStyle(named) if named in tuple(PictureStyle) else ask()
+    if pictures is PictureStyle.BLOCKS and not has_utf8(environ):
+        pictures = PictureStyle.CELLS
     if pictures in PIXELS:
         _load()
     return Look(pictures)

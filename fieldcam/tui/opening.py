@@ -19,7 +19,7 @@ from fieldcam.tui.screens.device_screen import DeviceScreen
 from fieldcam.tui.screens.growth_screen import GrowthScreen, KnownBlocks
 from fieldcam.tui.screens.help_screen import HelpScreen
 from fieldcam.tui.screens.log_screen import LogScreen
-from fieldcam.tui.screens.page import Frame, Page
+from fieldcam.tui.screens.page import FullScreen, Page
 from fieldcam.tui.screens.route_screen import RouteScreen
 from fieldcam.tui.screens.setup_screen import SetUpScreen
 from fieldcam.tui.screens.two_days_screen import TwoDaysScreen
@@ -71,7 +71,7 @@ class OpeningApp(EndableApp[None]):
     def action_help(self) -> None:
         """What the screen that is open is for, and its keys."""
         screen = self.screen
-        about = screen.about if isinstance(screen, Frame) else ""
+        about = screen.about if isinstance(screen, FullScreen) else ""
         self.push_screen(HelpScreen(about, key_commands(screen)))
 
     def open_page(self, make: Callable[[Walk, WalkState | None], Page]) -> None:
@@ -103,7 +103,7 @@ class OpeningApp(EndableApp[None]):
         return page
 
     @property
-    def frames(self) -> list[Frame]:
+    def frames(self) -> list[FullScreen]:
         """Those that can be filled: one that is opened while the app ends gets no widgets."""
-        found = [screen for screen in self.screen_stack if isinstance(screen, Frame)]
+        found = [screen for screen in self.screen_stack if isinstance(screen, FullScreen)]
         return [frame for frame in found if frame.is_mounted and frame.children]

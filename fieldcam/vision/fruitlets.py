@@ -8,7 +8,7 @@ from dataclasses import replace
 from fieldcam.values import Calibration, Flag, Fruitlet, Instance, ReasonCode, Verdict
 from fieldcam.vision.clouds import FruitletCloud
 from fieldcam.vision.clustering import Community
-from fieldcam.vision.sizing.diameters import Size
+from fieldcam.vision.sizing.diameters import SizedOutline
 
 UNRELATED_EYES = {ReasonCode.SWAPPED_EYES, ReasonCode.MISPAIRED}
 """Reasons for which a disparity means nothing."""
@@ -18,7 +18,7 @@ def make_fruitlet(
     index: int,
     instance: Instance,
     cloud: FruitletCloud,
-    size: Size,
+    size: SizedOutline,
     calibration: Calibration,
     groups: Sequence[Community],
     target: Community,

@@ -44,7 +44,7 @@ from fieldcam.vision.segmentation import Segmentation, Segmenter, is_cut
 from fieldcam.vision.sizing.covers import covers
 from fieldcam.vision.sizing.diameters import (
     Observation,
-    Size,
+    SizedOutline,
     size_by_paper,
     size_fruitlet,
 )
@@ -239,7 +239,7 @@ class Pipeline:
         window: DisparityWindow,
         calibration: Calibration,
         settings: Settings,
-    ) -> list[Size]:
+    ) -> list[SizedOutline]:
         before = covers(instances, clouds, window, calibration)
         observed = [
             Observation(instance, window, cloud.known, cover, is_cut(instance, window.region))

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fieldcam.errors import ModelMissing
-from fieldcam.models import ModelFile, Role, StereoModel
+from fieldcam.models import ModelFile, NetworkRole, StereoModel
 from fieldcam.values import ImageU8, StereoPair
 from fieldcam.vision import segmentation
 from fieldcam.vision.onnx_session import OnnxModel, network_image
@@ -30,7 +30,7 @@ def try_network(model: ModelFile, pair: StereoPair) -> None:
 
 
 def _try(model: ModelFile, left: ImageU8, right: ImageU8) -> None:
-    if model.role is Role.SEGMENTATION:
+    if model.role is NetworkRole.SEGMENTATION:
         _try_segmentation(model, left)
     elif isinstance(model, StereoModel):
         _try_stereo(model, left, right)

@@ -7,8 +7,8 @@ import pytest
 
 from export import wild_scenes
 from export.render_windows import scene_windows
-from fieldcam.simulator.light import Light
-from fieldcam.simulator.mesh import Part
+from fieldcam.simulator.light import SceneLight
+from fieldcam.simulator.mesh import MeshPart
 
 pytestmark = pytest.mark.export
 
@@ -37,7 +37,7 @@ def test_some_fruit_has_the_colour_of_its_leaves() -> None:
         scene = wild_scenes.wild_scene(wild_scenes.wild_plan(seed), np.random.default_rng(seed))
         tones = {
             part: np.mean([m.albedo.mean(axis=0) for m in scene.meshes if m.part is part], axis=0)
-            for part in (Part.FRUIT, Part.LEAF)
+            for part in (MeshPart.FRUIT, MeshPart.LEAF)
         }
         fruit, leaf = (tone / tone.sum() for tone in tones.values())
         gaps.append(np.abs(fruit - leaf).max())
@@ -47,7 +47,7 @@ def test_some_fruit_has_the_colour_of_its_leaves() -> None:
 
 def test_the_sun_lights_what_the_lamps_do_not_reach() -> None:
     rng = np.random.default_rng(0)
-    lights = [wild_scenes.wild_light(Light.draw(rng, 60.0), rng) for _ in range(30)]
+    lights = [wild_scenes.wild_light(SceneLight.draw(rng, 60.0), rng) for _ in range(30)]
     assert any(light.sun is None for light in lights)
     assert any(light.sun is not None and light.lamp_strength == 0 for light in lights)
 

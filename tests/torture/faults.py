@@ -13,7 +13,7 @@ from typing import TypeVar
 from made_readings import CAMERA
 
 from fieldcam.analysis.messages import Setup
-from fieldcam.analysis.status import Limits, State
+from fieldcam.analysis.status import AnalysisState, Limits
 from fieldcam.analysis.supervisor import Supervisor
 from fieldcam.session.commands import Shoot
 from fieldcam.session.events import AnalysisTrouble, LiveEvent, Saved, VerdictReady
@@ -60,7 +60,7 @@ def suffer(folder: Path, pictures: int) -> Suffered:
                 announced.hear(announcement(store.database, saved))
                 found.faults[fault_of(saved.capture, one_in=1)] += 1
                 found.unanswered += _next(heard, AnalysisTrouble).capture != saved.capture
-            found.gave_up = supervisors[0].status.state is State.STOPPED
+            found.gave_up = supervisors[0].status.state is AnalysisState.STOPPED
             walk.close()
             found.losses = inspect(store, announced)
     return found

@@ -8,7 +8,7 @@ precedence of operators (see `formula`).
 
 from fieldcam.camera.genapi.access import Access, Visibility
 from fieldcam.camera.genapi.feature import Feature
-from fieldcam.camera.genapi.feature_file import Document, load_feature_file, plain_xml
+from fieldcam.camera.genapi.feature_file import FeatureFile, load_feature_file, plain_xml
 from fieldcam.camera.genapi.features import (
     BooleanFeature,
     CategoryFeature,
@@ -28,11 +28,11 @@ __all__ = [
     "BooleanFeature",
     "CategoryFeature",
     "CommandFeature",
-    "Document",
     "Entry",
     "EnumEntry",
     "EnumerationFeature",
     "Feature",
+    "FeatureFile",
     "FloatFeature",
     "IntegerFeature",
     "NoCamera",

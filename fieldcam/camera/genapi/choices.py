@@ -121,7 +121,7 @@ def entry_name(enumeration: Element, entry: Element) -> str:
     return f"EnumEntry_{enumeration.name}_{entry.name}"
 
 
-class Command(CommandFeature):
+class CommandNode(CommandFeature):
     """A number that is written to start something."""
 
     def __init__(self, element: Element, scope: Scope, name: str = "") -> None:

@@ -22,7 +22,7 @@ _NOT_ENTRIES = ("StructEntry", "Extension", "ToolTip", "Description", "DisplayNa
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Document:
+class FeatureFile:
     """What one feature file declares."""
 
     vendor: str
@@ -33,7 +33,7 @@ class Document:
     """By name; entries of structures are given as MaskedIntReg, groups are dissolved."""
 
 
-def load_feature_file(data: bytes) -> Document:
+def load_feature_file(data: bytes) -> FeatureFile:
     """Parse a feature file, plain or zipped.
 
     Raises FeatureFileInvalid.
@@ -58,11 +58,11 @@ def plain_xml(data: bytes) -> bytes:
     return plain
 
 
-def _describe(root: Element) -> Document:
+def _describe(root: Element) -> FeatureFile:
     attributes = root.attributes
     # What is declared twice counts as it stands last, as in other readers.
     nodes = {element.name: element for element in _declared(root)}
-    return Document(
+    return FeatureFile(
         vendor=attributes.get("VendorName", ""),
         model=attributes.get("ModelName", ""),
         schema_version=".".join(

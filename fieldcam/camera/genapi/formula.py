@@ -121,7 +121,7 @@ class Logic:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class Conditional:
     """`condition ? value : condition ? value : … otherwise`."""
 
     cases: tuple[tuple[Term, Term], ...]
@@ -242,7 +242,7 @@ class _Parser:
         while True:
             term = self._binary(0)
             if not self._take("?"):
-                return Choice(tuple(cases), term) if cases else term
+                return Conditional(tuple(cases), term) if cases else term
             value = self._choice()
             self._expect(":")
             cases.append((term, value))

@@ -9,7 +9,7 @@ from fieldcam.camera.genapi import choices, floats, integers, texts
 from fieldcam.camera.genapi.dependents import Dependents
 from fieldcam.camera.genapi.elements import Element
 from fieldcam.camera.genapi.feature import Feature, Numeric, Scope
-from fieldcam.camera.genapi.feature_file import Document
+from fieldcam.camera.genapi.feature_file import FeatureFile
 from fieldcam.camera.genapi.features import (
     BooleanFeature,
     CategoryFeature,
@@ -28,7 +28,7 @@ ROOT = "Root"
 NODE_TYPES: Mapping[str, Callable[[Element, Scope, str], Feature]] = {
     "Boolean": choices.Boolean,
     "Category": texts.Category,
-    "Command": choices.Command,
+    "Command": choices.CommandNode,
     "Converter": floats.Converter,
     "Enumeration": choices.Enumeration,
     "Float": floats.Float,
@@ -52,7 +52,7 @@ class NodeMap:
     Nodes are made when they are first asked for. One thread uses it at a time.
     """
 
-    def __init__(self, document: Document, registers: Registers) -> None:
+    def __init__(self, document: FeatureFile, registers: Registers) -> None:
         self.document = document
         self.cache = RegisterCache()
         self._registers = registers

@@ -54,7 +54,7 @@ class Caching(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class RegisterRange:
     """A stretch of one port's address space, cached in one way."""
 
     port: str
@@ -62,7 +62,7 @@ class Place:
     length: int
     caching: Caching
 
-    def overlaps(self, other: Place) -> bool:
+    def overlaps(self, other: RegisterRange) -> bool:
         return (
             self.port == other.port
             and self.address < other.address + other.length
@@ -85,10 +85,10 @@ class RegisterCache:
 
     def __init__(self, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._clock_s = clock_s
-        self._entries: dict[Place, _Remembered] = {}
-        self._read_by: defaultdict[str, set[Place]] = defaultdict(set)
+        self._entries: dict[RegisterRange, _Remembered] = {}
+        self._read_by: defaultdict[str, set[RegisterRange]] = defaultdict(set)
 
-    def find(self, node: str, place: Place, polling_s: float | None) -> bytes | None:
+    def find(self, node: str, place: RegisterRange, polling_s: float | None) -> bytes | None:
         """What is remembered of `place`, unless older than the node's polling time."""
         entry = self._entries.get(place)
         if entry is None:
@@ -98,12 +98,12 @@ class RegisterCache:
         self._read_by[node].add(place)
         return entry.data
 
-    def remember(self, node: str, place: Place, data: bytes) -> None:
+    def remember(self, node: str, place: RegisterRange, data: bytes) -> None:
         if place.caching is not Caching.NO_CACHE:
             self._entries[place] = _Remembered(data, self._clock_s())
             self._read_by[node].add(place)
 
-    def forget_place(self, place: Place) -> None:
+    def forget_place(self, place: RegisterRange) -> None:
         """Drop whatever overlaps it, whichever node read it."""
         for other in [other for other in self._entries if other.overlaps(place)]:
             del self._entries[other]

@@ -11,7 +11,7 @@ from fieldcam.camera.genapi.feature import Numeric, Scope
 from fieldcam.errors import FeatureFileInvalid, FeatureRefused
 
 
-class Source(Protocol):
+class NumberSource(Protocol):
     """Something that holds a number."""
 
     def number(self) -> Number: ...
@@ -82,7 +82,7 @@ class ValueSource:
             return found
         return next((carrier.bounds()[end] for carrier in self.carriers()), otherwise)
 
-    def _source(self) -> Source:
+    def _source(self) -> NumberSource:
         index = self._element.first("pIndex")
         if index is not None:
             return self._held_by(self._indexed(self._scope.numeric(index.text, self._owner)))
@@ -95,7 +95,7 @@ class ValueSource:
                 return child
         return self._element.first("ValueDefault", "pValueDefault")
 
-    def _held_by(self, child: Element | None) -> Source:
+    def _held_by(self, child: Element | None) -> NumberSource:
         if child is None:
             raise FeatureFileInvalid(f"The camera's feature file gives {self._owner} no value.")
         constant = self._constants.get(id(child))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fieldcam.camera.genapi.access import Access
 from fieldcam.camera.genapi.elements import HIGHEST_ADDRESS, Element, address, whole_number
 from fieldcam.camera.genapi.feature import Numeric, Scope, one_of
-from fieldcam.camera.genapi.registers import Caching, Place, Registers
+from fieldcam.camera.genapi.registers import Caching, RegisterRange, Registers
 from fieldcam.camera.genapi.sources import number_of, whole_of
 from fieldcam.errors import FeatureFileInvalid, FeatureRefused
 
@@ -100,9 +100,9 @@ class Stretch:
             raise FeatureRefused(f"{self._owner} came with no image yet.")
         return registers
 
-    def _place(self) -> Place:
+    def _place(self) -> RegisterRange:
         caching = one_of(Caching, self._element.words("Cachable"), Caching.WRITE_THROUGH)
-        return Place(self._port, self.address, self.length, caching)
+        return RegisterRange(self._port, self.address, self.length, caching)
 
     def _polling_s(self) -> float | None:
         child = self._element.first("PollingTime")

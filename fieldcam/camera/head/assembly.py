@@ -10,9 +10,9 @@ from fieldcam.camera.usb3vision.clocks import DeviceClock
 from fieldcam.camera.usb3vision.pairing import (
     AlternatePairing,
     Eye,
+    EyeLayout,
     EyePair,
     Half,
-    Layout,
     TwinPairing,
     split,
 )
@@ -26,7 +26,7 @@ WORDS = {
     Carrying.ALTERNATING: "the left and the right eye's in turn",
 }
 """Whose pictures a camera sends."""
-LAYOUTS = {Carrying.SIDE_BY_SIDE: Layout.SIDE_BY_SIDE, Carrying.STACKED: Layout.STACKED}
+LAYOUTS = {Carrying.SIDE_BY_SIDE: EyeLayout.SIDE_BY_SIDE, Carrying.STACKED: EyeLayout.STACKED}
 
 
 class Assembly(Protocol):
@@ -77,7 +77,7 @@ class Joined:
 
     blocks = 1
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: EyeLayout) -> None:
         self._layout = layout
 
     def pair(

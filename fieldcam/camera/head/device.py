@@ -43,7 +43,7 @@ MOST_EYES = 2
 log = logging.getLogger(__name__)
 
 
-class Light(Enum):
+class Lighting(Enum):
     """What the next exposure is lit by."""
 
     FLASH = auto()
@@ -72,7 +72,7 @@ class UsbStereoHead:
         settings = self._head.settings
         self._settings = settings
         self._aiming = _Aiming(settings.preview_us)
-        self._streaming, self._light, self._flashed_s = False, Light.FLASH, float("-inf")
+        self._streaming, self._light, self._flashed_s = False, Lighting.FLASH, float("-inf")
         self._triggers = 0
         self._watch: ShutterWatch | None = None
         self._pool = ThreadPoolExecutor(MOST_EYES, thread_name_prefix="eye")
@@ -92,7 +92,7 @@ class UsbStereoHead:
         ends_s = time.monotonic() + deadline_s
         with self._lock:
             head = self._awake()
-            self._light_by(head, Light.FLASH)
+            self._light_by(head, Lighting.FLASH)
             self._await_flash(ends_s)
             taken_at = datetime.now().astimezone()
             pair = self._exposed(head, ends_s)
@@ -108,7 +108,7 @@ class UsbStereoHead:
             if self._settings.trigger != SOFTWARE or not self._aiming.possible:
                 return None
             try:
-                self._light_by(head, Light.DAY)
+                self._light_by(head, Lighting.DAY)
             except (FeatureMissing, FeatureRefused, CameraRefused) as error:
                 log.warning("no preview: %s", error.message)
                 self._aiming.possible = False
@@ -155,7 +155,7 @@ class UsbStereoHead:
         self._rest.stir()
         if self._head is None:
             self._head = self._open_cameras()
-            self._light = Light.FLASH
+            self._light = Lighting.FLASH
         if not self._streaming:
             self._head.start()
             self._streaming = True
@@ -182,11 +182,11 @@ class UsbStereoHead:
         if watch is not None:
             watch.close()
 
-    def _light_by(self, head: OpenHead, light: Light) -> None:
+    def _light_by(self, head: OpenHead, light: Lighting) -> None:
         if light is self._light:
             return
         features = head.leader.features
-        if light is Light.DAY:
+        if light is Lighting.DAY:
             line, exposure_us = self._settings.strobe_line, self._aiming.exposure_us
             adjust(features, for_aiming(features, line, exposure_us))
         else:
@@ -211,12 +211,12 @@ class UsbStereoHead:
             after_s = time.monotonic() - head.leader.fired_s - self._settings.exposure_us / 1e6
             head.assembly.restart()
             self._log_condition(f"{type(error).__name__}: {error.message}")
-            lit = self._light is Light.FLASH and head.leader.fired_s > fired_before_s
+            lit = self._light is Lighting.FLASH and head.leader.fired_s > fired_before_s
             if lit and isinstance(error, CameraUnplugged) and after_s < POWER_LOST_S:
                 raise _power_lost() from error
             raise
         finally:
-            if self._light is Light.FLASH:
+            if self._light is Lighting.FLASH:
                 self._flashed_s = head.leader.fired_s
 
     def _check_flash(self, pair: EyePair) -> None:

@@ -17,7 +17,7 @@ from fieldcam.camera.head.adjusting import Adjusted, Adjustment, Need, adjust, h
 from fieldcam.camera.usb3vision.bootstrap import ClockSample, latch_clock, read_u32
 from fieldcam.camera.usb3vision.clocks import DeviceClock, fit_clock
 from fieldcam.camera.usb3vision.devices import OpenCamera
-from fieldcam.camera.usb3vision.frames import Frame
+from fieldcam.camera.usb3vision.frames import UsbFrame
 from fieldcam.camera.usb3vision.pairing import Half
 from fieldcam.camera.usb3vision.pixels import decode
 from fieldcam.errors import (
@@ -187,7 +187,7 @@ class EyeCamera:
             self.stop()
         self._camera.close()
 
-    def _is_stale(self, frame: Frame, fired_ns: int | None) -> bool:
+    def _is_stale(self, frame: UsbFrame, fired_ns: int | None) -> bool:
         clock = self.clock
         if clock is None or fired_ns is None:
             return False
@@ -216,6 +216,6 @@ def _too_late(came: int, wanted: int) -> CaptureTimeout:
     )
 
 
-def _half(frame: Frame) -> Half:
+def _half(frame: UsbFrame) -> Half:
     image, pixel_format = decode(frame)
     return Half(image, pixel_format, frame.block_id, frame.device_time_ns)

@@ -11,7 +11,7 @@ from pathlib import Path
 from fieldcam.camera.head.adjusting import has
 from fieldcam.camera.head.assembly import WORDS, Assembly, assembly, layout_doubt, told_by_image
 from fieldcam.camera.head.eyes import EyeCamera
-from fieldcam.camera.head.plan import Part, setting_up
+from fieldcam.camera.head.plan import HeadPart, setting_up
 from fieldcam.camera.head.settings import Carrying, HeadSettings
 from fieldcam.camera.usb3vision.devices import (
     AttachedCamera,
@@ -184,10 +184,10 @@ def _leader(settings: HeadSettings, eyes: Sequence[EyeCamera]) -> EyeCamera:
     )
 
 
-def _part(eye: EyeCamera, leader: EyeCamera, cameras: int) -> Part:
+def _part(eye: EyeCamera, leader: EyeCamera, cameras: int) -> HeadPart:
     if cameras == 1:
-        return Part.ALONE
-    return Part.LEADER if eye is leader else Part.FOLLOWER
+        return HeadPart.ALONE
+    return HeadPart.LEADER if eye is leader else HeadPart.FOLLOWER
 
 
 def _slow(eye: EyeCamera) -> list[str]:

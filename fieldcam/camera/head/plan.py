@@ -14,7 +14,7 @@ USER_OUTPUT = "UserOutput"
 EXPOSURE_ACTIVE = "ExposureActive"
 
 
-class Part(Enum):
+class HeadPart(Enum):
     """What one camera does in its head."""
 
     ALONE = auto()
@@ -23,7 +23,7 @@ class Part(Enum):
     FOLLOWER = auto()
 
 
-def setting_up(settings: HeadSettings, part: Part) -> list[Adjustment]:
+def setting_up(settings: HeadSettings, part: HeadPart) -> list[Adjustment]:
     """All that stays the same while the camera is open, in the order to be set."""
     return [
         Adjustment("AcquisitionMode", "Continuous", need=Need.IF_THERE),
@@ -31,7 +31,7 @@ def setting_up(settings: HeadSettings, part: Part) -> list[Adjustment]:
         *_exposure(settings),
         *_trigger(settings, part),
         *_lines(settings, part),
-        *([] if part is Part.FOLLOWER else _signals(settings)),
+        *([] if part is HeadPart.FOLLOWER else _signals(settings)),
     ]
 
 
@@ -102,9 +102,9 @@ def _exposure(settings: HeadSettings) -> list[Adjustment]:
     return found
 
 
-def _trigger(settings: HeadSettings, part: Part) -> list[Adjustment]:
+def _trigger(settings: HeadSettings, part: HeadPart) -> list[Adjustment]:
     at, others = ("TriggerSelector", "FrameStart"), ("ExposureStart",)
-    source = settings.follower_line if part is Part.FOLLOWER else settings.trigger
+    source = settings.follower_line if part is HeadPart.FOLLOWER else settings.trigger
     return [
         Adjustment("TriggerSource", source, at, Need.MUST, others),
         Adjustment("TriggerActivation", "RisingEdge", at, Need.IF_THERE, others),
@@ -113,8 +113,8 @@ def _trigger(settings: HeadSettings, part: Part) -> list[Adjustment]:
     ]
 
 
-def _lines(settings: HeadSettings, part: Part) -> list[Adjustment]:
-    if part is Part.FOLLOWER:
+def _lines(settings: HeadSettings, part: HeadPart) -> list[Adjustment]:
+    if part is HeadPart.FOLLOWER:
         return [_mode(settings.follower_line, "Input", Need.IF_THERE)]
     found = []
     if settings.strobe_line:
@@ -122,7 +122,7 @@ def _lines(settings: HeadSettings, part: Part) -> list[Adjustment]:
             *_timer(settings),
             *for_flash(settings)[1:],
         ]
-    if part is Part.LEADER:
+    if part is HeadPart.LEADER:
         at = ("LineSelector", settings.sync_line)
         found += [
             _mode(settings.sync_line, "Output", Need.IF_THERE),

@@ -19,15 +19,15 @@ from fieldcam.camera.usb3vision.blocks import (
     parse_trailer,
     trailer_at_end,
 )
-from fieldcam.camera.usb3vision.frames import Frame, FramePool
-from fieldcam.camera.usb3vision.gencp import Status, describe
+from fieldcam.camera.usb3vision.frames import FramePool, UsbFrame
+from fieldcam.camera.usb3vision.gencp import GencpStatus, describe
 from fieldcam.camera.usb3vision.transfer_plan import TransferPlan
 from fieldcam.camera.usb3vision.transport import MAX_PACKET_BYTES, Bytes, round_up
 
 _TAIL_BYTES = 64
 
 
-class State(Enum):
+class TransferState(Enum):
     """What the next transfer should be."""
 
     LOST = auto()
@@ -79,7 +79,7 @@ class FrameAssembler:
         self._header_bytes = round_up(max(plan.leader, plan.trailer), MAX_PACKET_BYTES)
         self._scratch: Bytes = np.empty(max(self._header_bytes, *plan.windows), np.uint8)
         self._block: _Block | None = None
-        self._state = State.LEADER
+        self._state = TransferState.LEADER
         self._last_id: int | None = None
         self.counts = StreamCounts()
 
@@ -90,26 +90,26 @@ class FrameAssembler:
 
     def window(self) -> Bytes:
         """Where the next transfer is to go; never empty."""
-        if self._state is State.LOST:
+        if self._state is TransferState.LOST:
             return self._scratch
-        if self._block is None or self._state is State.TRAILER:
+        if self._block is None or self._state is TransferState.TRAILER:
             return self._scratch[: self._header_bytes]
         start = self._block.received
         return self._block.memory[start : start + self._windows[self._block.transfers]]
 
-    def received(self, count: int, now_ns: int) -> Frame | SpoiledFrame | None:
+    def received(self, count: int, now_ns: int) -> UsbFrame | SpoiledFrame | None:
         """Take in `count` bytes in the window; gives a frame or its end, if this was it."""
         if self._block is None:
             self._lead(count, now_ns)
             return None
-        if self._state is State.TRAILER:
+        if self._state is TransferState.TRAILER:
             return self._trail(self._block, self._scratch[:count].tobytes(), now_ns)
         return self._fill(self._block, count, now_ns)
 
     def abandon(self, reason: str) -> SpoiledFrame | None:
         """The transfer failed; gives the frame that this costs, if one was under way."""
         block, self._block = self._block, None
-        self._state = State.LEADER
+        self._state = TransferState.LEADER
         if block is None:
             return None
         self.counts.spoiled += 1
@@ -121,7 +121,7 @@ class FrameAssembler:
         if leader is not None:
             self._begin(leader, now_ns)
             return
-        self._state = State.LEADER if ended else State.LOST
+        self._state = TransferState.LEADER if ended else TransferState.LOST
 
     def _is_header(self, count: int) -> bool:
         """Whether so many bytes can be a leader or a trailer and nothing else."""
@@ -135,19 +135,19 @@ class FrameAssembler:
         self._last_id = leader.block_id
         self.counts.lost += lost
         self._block = _Block(leader, now_ns, lost, self._pool.take())
-        self._state = State.PAYLOAD
+        self._state = TransferState.PAYLOAD
 
-    def _fill(self, block: _Block, count: int, now_ns: int) -> Frame | SpoiledFrame | None:
+    def _fill(self, block: _Block, count: int, now_ns: int) -> UsbFrame | SpoiledFrame | None:
         start = block.received
         full = count == self._windows[block.transfers]
         block.received += count
         block.transfers += 1
         if full and block.transfers < len(self._windows):
             return None
-        self._state = State.TRAILER
+        self._state = TransferState.TRAILER
         return None if full else self._look_into(block, start, now_ns)
 
-    def _look_into(self, block: _Block, start: int, now_ns: int) -> Frame | SpoiledFrame | None:
+    def _look_into(self, block: _Block, start: int, now_ns: int) -> UsbFrame | SpoiledFrame | None:
         """A transfer that came short may be the rest of the data, or what follows them."""
         transfer = block.memory[start : block.received]
         if self._is_header(len(transfer)):
@@ -162,7 +162,7 @@ class FrameAssembler:
         block.received -= len(tail) - before
         return self._finish(block, trailer)
 
-    def _trail(self, block: _Block, transfer: bytes, now_ns: int) -> Frame | SpoiledFrame | None:
+    def _trail(self, block: _Block, transfer: bytes, now_ns: int) -> UsbFrame | SpoiledFrame | None:
         trailer = parse_trailer(transfer)
         if trailer is not None and trailer.block_id == block.leader.block_id:
             return self._finish(block, trailer)
@@ -179,14 +179,14 @@ class FrameAssembler:
         self._begin(leader, now_ns)
         return spoiled
 
-    def _finish(self, block: _Block, trailer: Trailer) -> Frame | SpoiledFrame | None:
+    def _finish(self, block: _Block, trailer: Trailer) -> UsbFrame | SpoiledFrame | None:
         if (fault := _fault(block, trailer)) is not None:
             return self.abandon(fault)
         self._block = None
-        self._state = State.LEADER
+        self._state = TransferState.LEADER
         self.counts.frames += 1
         leader = block.leader
-        return Frame(
+        return UsbFrame(
             leader.block_id,
             leader.timestamp_ns,
             block.arrived_ns,
@@ -200,7 +200,7 @@ class FrameAssembler:
 def _fault(block: _Block, trailer: Trailer) -> str | None:
     """Why a block is not whole, in the words of SpoiledFrame."""
     image = block.leader.image
-    if trailer.status != Status.OK:
+    if trailer.status != GencpStatus.OK:
         return f"was given up by the camera: {describe(trailer.status)}"
     if trailer.valid_bytes > block.received:
         return f"came with {block.received} of {trailer.valid_bytes} bytes"

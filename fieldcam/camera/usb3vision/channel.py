@@ -22,8 +22,8 @@ from fieldcam.camera.usb3vision.gencp import (
     PENDING_ACK_BYTES,
     WRITE_OVERHEAD_BYTES,
     Ack,
+    GencpStatus,
     MalformedPacket,
-    Status,
     describe,
     pack_read,
     pack_write,
@@ -51,7 +51,7 @@ _HIGHEST_REQUEST_ID = 0xFFFF
 _HIGH_SPEED_PACKET_BYTES = 512
 _WORD_BYTES = 4
 _MEMORY_END = 1 << 64
-_TRY_AGAIN = (Status.BUSY, Status.MESSAGE_TIMEOUT)
+_TRY_AGAIN = (GencpStatus.BUSY, GencpStatus.MESSAGE_TIMEOUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +118,7 @@ class ControlChannel:
             place, chunk = address + offset, data[offset : offset + step]
             command = partial(pack_write, address=place, data=chunk)
             ack = self._transact(command, PENDING_ACK_BYTES, self._write_attempts)
-            if ack.status != Status.OK:
+            if ack.status != GencpStatus.OK:
                 raise _refusal(ack, f"to write {len(chunk)} bytes at 0x{place:X}")
 
     @contextmanager
@@ -142,7 +142,7 @@ class ControlChannel:
     def _read_chunk(self, address: int, length: int) -> bytes:
         command = partial(pack_read, address=address, length=length)
         ack = self._transact(command, HEADER_BYTES + length, ATTEMPTS)
-        if ack.status != Status.OK or len(ack.payload) != length:
+        if ack.status != GencpStatus.OK or len(ack.payload) != length:
             raise _refusal(ack, f"to give {length} bytes at 0x{address:X}")
         return ack.payload
 
@@ -224,8 +224,8 @@ def _whole_words(length: int) -> int:
 
 
 def _refusal(ack: Ack, what: str) -> CameraRefused:
-    if ack.status == Status.OK:
+    if ack.status == GencpStatus.OK:
         return CameraRefused(f"The camera was asked {what} and gave {len(ack.payload)}.")
-    leaf = _BadAlignment if ack.status == Status.BAD_ALIGNMENT else CameraRefused
+    leaf = _BadAlignment if ack.status == GencpStatus.BAD_ALIGNMENT else CameraRefused
     why = describe(ack.status)
     return leaf(f"The camera refused {what}: {why}.", why=why)

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from fieldcam.camera.genapi import Document, load_feature_file
+from fieldcam.camera.genapi import FeatureFile, load_feature_file
 from fieldcam.camera.genapi.registers import Registers
 from fieldcam.camera.usb3vision.manifest import ManifestEntry
 from fieldcam.disk.durable import write_durably
@@ -35,7 +35,7 @@ class Description:
 
     content: bytes
     """As it lies in the camera or in the given file, zipped or not."""
-    document: Document
+    document: FeatureFile
     note: str = ""
     """A sentence where it is not the camera's newest own file."""
 

@@ -18,7 +18,7 @@ _DEVICE_INFO = 0x01
 _LAYOUT = struct.Struct("<BBB 2H 2H 8B B")
 
 
-class Role(IntEnum):
+class InterfaceRole(IntEnum):
     """What an interface of the camera is for: its bInterfaceProtocol."""
 
     CONTROL = 0

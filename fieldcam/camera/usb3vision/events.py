@@ -26,7 +26,7 @@ _LONGEST_EVENT_BYTES = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class CameraEvent:
     """One event of a camera."""
 
     number: int
@@ -36,7 +36,7 @@ class Event:
     data: bytes
 
 
-def parse_event(packet: bytes) -> Event:
+def parse_event(packet: bytes) -> CameraEvent:
     """The event in one received transfer; raises MalformedPacket for anything else."""
     if len(packet) < HEADER.size + _EVENT.size:
         raise MalformedPacket(f"{len(packet)} bytes, too few for an event")
@@ -47,7 +47,7 @@ def parse_event(packet: bytes) -> Event:
     if not _EVENT.size <= length <= len(packet) - HEADER.size:
         raise MalformedPacket(f"an event of {length} bytes in a packet of {len(packet)}")
     _, number, timestamp_ns = _EVENT.unpack_from(packet, HEADER.size)
-    return Event(number, timestamp_ns, packet[HEADER.size + _EVENT.size : end])
+    return CameraEvent(number, timestamp_ns, packet[HEADER.size + _EVENT.size : end])
 
 
 class EventChannel:
@@ -64,7 +64,7 @@ class EventChannel:
         """Which events are sent is set through the camera's features."""
         write_u32(self._registers, self._address, 1)
 
-    def receive(self, timeout_s: float) -> Event | None:
+    def receive(self, timeout_s: float) -> CameraEvent | None:
         """The next event; None where none came in time, and for bytes that are none."""
         try:
             count = self._pipe.read(self._buffer, timeout_s)

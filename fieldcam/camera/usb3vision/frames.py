@@ -13,7 +13,7 @@ from fieldcam.camera.usb3vision.transport import Bytes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Frame:
+class UsbFrame:
     """One whole block, where the kernel put it."""
 
     block_id: int

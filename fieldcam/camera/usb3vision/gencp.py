@@ -26,7 +26,7 @@ PENDING_ACK_BYTES = HEADER_BYTES + _PENDING.size
 _WITH_ACK = 0x4000
 
 
-class Command(IntEnum):
+class GencpCommand(IntEnum):
     """What a packet asks for or answers."""
 
     READ = 0x0800
@@ -36,7 +36,7 @@ class Command(IntEnum):
     PENDING_ACK = 0x0805
 
 
-class Status(IntEnum):
+class GencpStatus(IntEnum):
     """What a camera answers when it does not do as it was asked."""
 
     OK = 0x0000
@@ -75,7 +75,7 @@ class Ack:
     @property
     def is_pending(self) -> bool:
         """The camera works on it and will answer again, under the same request id."""
-        return self.command == Command.PENDING_ACK
+        return self.command == GencpCommand.PENDING_ACK
 
     @property
     def pending_s(self) -> float:
@@ -86,12 +86,12 @@ class Ack:
 
 def pack_read(request_id: int, address: int, length: int) -> bytes:
     """A command to read `length` bytes of the camera's memory, at most 65,535."""
-    return _command(Command.READ, request_id, _READ.pack(address, 0, length))
+    return _command(GencpCommand.READ, request_id, _READ.pack(address, 0, length))
 
 
 def pack_write(request_id: int, address: int, data: bytes) -> bytes:
     """A command to write `data` into the camera's memory."""
-    return _command(Command.WRITE, request_id, _ADDRESS.pack(address) + data)
+    return _command(GencpCommand.WRITE, request_id, _ADDRESS.pack(address) + data)
 
 
 def parse_ack(packet: bytes) -> Ack:
@@ -104,7 +104,7 @@ def parse_ack(packet: bytes) -> Ack:
     payload = packet[HEADER_BYTES : HEADER_BYTES + length]
     if len(payload) < length:
         raise MalformedPacket(f"a packet cut off after {len(packet)} bytes")
-    if command == Command.PENDING_ACK and length < _PENDING.size:
+    if command == GencpCommand.PENDING_ACK and length < _PENDING.size:
         raise MalformedPacket("a pending acknowledgement without a timeout")
     return Ack(status, command, request_id, payload)
 
@@ -112,12 +112,12 @@ def parse_ack(packet: bytes) -> Ack:
 def describe(status: int) -> str:
     """A status in words, as in `access denied (0x8006)`."""
     try:
-        words = Status(status).name.lower().replace("_", " ")
+        words = GencpStatus(status).name.lower().replace("_", " ")
     except ValueError:
         words = "a status of its own"
     return f"{words} (0x{status:04X})"
 
 
-def _command(command: Command, request_id: int, payload: bytes) -> bytes:
+def _command(command: GencpCommand, request_id: int, payload: bytes) -> bytes:
     header = HEADER.pack(COMMAND_PREFIX, _WITH_ACK, command, len(payload), request_id)
     return header + payload

@@ -24,7 +24,7 @@ class Eye(StrEnum):
     RIGHT = "right"
 
 
-class Layout(Enum):
+class EyeLayout(Enum):
     """Where both eyes lie in one image; the left one comes first."""
 
     SIDE_BY_SIDE = 1
@@ -145,7 +145,7 @@ class AlternatePairing:
         return self._components.add(exposure, tuple(Eye)[place], half)
 
 
-def split(half: Half, layout: Layout) -> EyePair:
+def split(half: Half, layout: EyeLayout) -> EyePair:
     """Both eyes of one image, as views; raises CameraUnsupported where it has no middle."""
     length = half.image.shape[layout.value]
     # Half of a Bayer mosaic must begin with the same colour as the whole.
@@ -155,7 +155,7 @@ def split(half: Half, layout: Layout) -> EyePair:
     middle = length // 2
     first, second = (
         (half.image[:, :middle], half.image[:, middle:])
-        if layout is Layout.SIDE_BY_SIDE
+        if layout is EyeLayout.SIDE_BY_SIDE
         else (half.image[:middle], half.image[middle:])
     )
     return EyePair(replace(half, image=first), replace(half, image=second))

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fieldcam.camera.usb3vision.blocks import ImageInfo
-from fieldcam.camera.usb3vision.frames import Frame
+from fieldcam.camera.usb3vision.frames import UsbFrame
 from fieldcam.camera.usb3vision.transport import Bytes
 from fieldcam.errors import CameraUnsupported
 from fieldcam.values import ImageU8, PixelFormat
@@ -32,7 +32,7 @@ class Coding:
     """From (H, n) uint8 bytes to (H, W) or (H, W * 3) uint8 pixels."""
 
 
-def decode(frame: Frame) -> tuple[ImageU8, PixelFormat]:
+def decode(frame: UsbFrame) -> tuple[ImageU8, PixelFormat]:
     """The frame's image: (H, W, 3) for RGB8, else (H, W).
 
     A view of the frame's memory where the camera sends 8 bits. Raises CameraUnsupported

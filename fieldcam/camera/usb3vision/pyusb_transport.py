@@ -22,7 +22,7 @@ from fieldcam.camera.usb3vision.descriptors import (
     INTERFACE_CLASS,
     INTERFACE_SUBCLASS,
     DeviceInfo,
-    Role,
+    InterfaceRole,
     parse_device_info,
 )
 from fieldcam.camera.usb3vision.holders import holder_of
@@ -87,14 +87,14 @@ def _own_libusb() -> IBackend | None:
 def _camera_interfaces(device: usb.core.Device) -> CameraInterfaces | None:
     for configuration in device:
         by_role = _by_role(configuration)
-        control, stream = by_role.get(Role.CONTROL), by_role.get(Role.STREAM)
+        control, stream = by_role.get(InterfaceRole.CONTROL), by_role.get(InterfaceRole.STREAM)
         if control is None or stream is None:
             continue
         control_out, control_in = _endpoint(control, 0), _endpoint(control, _DIRECTION_IN)
         stream_in = _endpoint(stream, _DIRECTION_IN)
         if control_out is None or control_in is None or stream_in is None:
             continue
-        event = by_role.get(Role.EVENT)
+        event = by_role.get(InterfaceRole.EVENT)
         return CameraInterfaces(
             control.bInterfaceNumber,
             control_out,

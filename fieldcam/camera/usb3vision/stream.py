@@ -20,7 +20,7 @@ from fieldcam.camera.usb3vision.assembly import (
     StreamCounts,
 )
 from fieldcam.camera.usb3vision.bootstrap import Sbrm, read_sirm, read_u32
-from fieldcam.camera.usb3vision.frames import Frame, FramePool
+from fieldcam.camera.usb3vision.frames import FramePool, UsbFrame
 from fieldcam.camera.usb3vision.transfer_plan import (
     LARGEST_TRANSFER_BYTES,
     TransferPlan,
@@ -83,7 +83,7 @@ class ImageStream:
         enable_stream(self._registers, self._address)
         return plan
 
-    def receive(self, timeout_s: float) -> Frame:
+    def receive(self, timeout_s: float) -> UsbFrame:
         """The next whole frame.
 
         Raises FrameIncomplete as soon as one was spoiled, CaptureTimeout where none
@@ -99,7 +99,7 @@ class ImageStream:
             elif left_s <= 0:
                 raise CaptureTimeout(f"The camera sent no picture within {timeout_s:g} s.")
             outcome = self._step(assembler, left_s)
-            if isinstance(outcome, Frame):
+            if isinstance(outcome, UsbFrame):
                 self._faults = 0
                 return outcome
             if outcome is not None:
@@ -131,7 +131,7 @@ class ImageStream:
             raise CaptureTimeout("The camera's stream is off.")
         return self._assembler
 
-    def _step(self, assembler: FrameAssembler, timeout_s: float) -> Frame | SpoiledFrame | None:
+    def _step(self, assembler: FrameAssembler, timeout_s: float) -> UsbFrame | SpoiledFrame | None:
         try:
             count = self._pipe.read(assembler.window(), timeout_s)
         except TransferTimeout:

@@ -16,7 +16,7 @@ from fieldcam.exchange.calipers.columns import SHAPES, caliper_table
 from fieldcam.exchange.calipers.record import record_of
 from fieldcam.exchange.calipers.shapes import CaliperCell, cells_of, has_dates
 from fieldcam.exchange.calipers.sizes import (
-    CaliperSize,
+    FruitOnDay,
     check_sizes,
     in_one_numbering,
     named_by_size,
@@ -26,7 +26,7 @@ from fieldcam.exchange.calipers.sizes import (
 from fieldcam.exchange.tables.dates import calendar_of
 from fieldcam.exchange.tables.files import read_sheets
 from fieldcam.exchange.tables.sheets import Sheet
-from fieldcam.growth.records import BlockRecord, Presence, Source
+from fieldcam.growth.records import BlockRecord, Presence, SizeSource
 from fieldcam.words import number_of, spelled_out
 
 
@@ -99,12 +99,12 @@ def _left_out(which: str, sheets: Sequence[str]) -> Iterator[str]:
         yield f"Sheets {which} were left out: {', '.join(sheets)}."
 
 
-def _notes(name: str, sizes: Sequence[CaliperSize]) -> Iterator[str]:
+def _notes(name: str, sizes: Sequence[FruitOnDay]) -> Iterator[str]:
     if comma := next((each for each in sizes if "," in each.written), None):
         yield (
             f"{name} has commas as decimals: {comma.written} was read as {comma.diameter_mm} mm."
         )
-    if any(each.source is Source.CAMERA for each in sizes):
+    if any(each.source is SizeSource.CAMERA for each in sizes):
         yield f"{name} holds sizes by camera: they are taken with the camera's errors."
     if any(not each.fruit for each in sizes):
         yield (
@@ -127,7 +127,7 @@ def _notes(name: str, sizes: Sequence[CaliperSize]) -> Iterator[str]:
         yield f"The dates of {name} are not in order; they were sorted."
 
 
-def _about_nothing(name: str, cells: Sequence[CaliperSize]) -> Iterator[str]:
+def _about_nothing(name: str, cells: Sequence[FruitOnDay]) -> Iterator[str]:
     if not cells:
         return
     counted = f"{name} says {cells[0].written} or the like in {number_of(len(cells), 'cell')}"

@@ -13,8 +13,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
 
-from fieldcam.exchange.calipers.sizes import CaliperSize
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, Source
+from fieldcam.exchange.calipers.sizes import FruitOnDay
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting, SizeSource
 from fieldcam.growth.visits import BlockVisit, visits_of
 from fieldcam.words import number_of
 
@@ -43,7 +43,7 @@ class _Said:
             yield from ((cluster, day) for day, said in by_day.items() if said is presence)
 
 
-def record_of(name: str, sizes: Sequence[CaliperSize]) -> tuple[BlockRecord, tuple[str, ...]]:
+def record_of(name: str, sizes: Sequence[FruitOnDay]) -> tuple[BlockRecord, tuple[str, ...]]:
     """The block, and what had to be assumed, a sentence each."""
     by_fruit: dict[Fruit, dict[date, float]] = {}
     said: dict[Fruit, dict[date, Presence]] = {}
@@ -70,7 +70,7 @@ def _of_words(
     return _record(name, by_fruit, _Said(said), trees)
 
 
-def _with_certainties(record: BlockRecord, sizes: Sequence[CaliperSize]) -> BlockRecord:
+def _with_certainties(record: BlockRecord, sizes: Sequence[FruitOnDay]) -> BlockRecord:
     """As far as the table says how sure the camera's matches are."""
     known = {
         (each.cluster, each.fruit, each.day): each.certainty
@@ -107,7 +107,7 @@ def _record(
         for fruit, by_day in sorted(sizes.items(), key=lambda item: _order(item[0]))
         if by_day
     )
-    block = BlockRecord(name, Source.CALIPERS, tuple(days), visited, fruitlets, dict(trees))
+    block = BlockRecord(name, SizeSource.CALIPERS, tuple(days), visited, fruitlets, dict(trees))
     return block, (*unfinished, *_blank_notes(block, said))
 
 
@@ -133,7 +133,7 @@ def _with_emptied(
     """A cluster that has no size any more was looked at, and all its fruit had fallen."""
     last = {cluster: day for day, clusters in visited.items() for cluster in clusters}
     notes, alive, empty = [], set[int](), set[int]()
-    for visit in visits_of(BlockRecord("", Source.CALIPERS, tuple(visited), visited, ())):
+    for visit in visits_of(BlockRecord("", SizeSource.CALIPERS, tuple(visited), visited, ())):
         missing = {cluster for cluster in alive if last[cluster] < visit.first}
         missing -= {cluster for cluster in missing if _passed_over(cluster, visit, passed_over)}
         if len(missing) >= max(MANY_CLUSTERS, MANY_SHARE * len(alive)):
@@ -225,7 +225,7 @@ def _as_said(
             if presence is not Presence.NOT_SEEN:
                 visited[day].add(cluster)
     clusters = {day: frozenset(found) for day, found in visited.items()}
-    return BlockRecord(name, Source.CALIPERS, tuple(days), clusters, fruitlets, dict(trees))
+    return BlockRecord(name, SizeSource.CALIPERS, tuple(days), clusters, fruitlets, dict(trees))
 
 
 def _order(key: Fruit) -> tuple[int, bool, int, str]:

@@ -25,7 +25,7 @@ from fieldcam.exchange.tables.dates import WrittenDate, is_day
 from fieldcam.exchange.tables.headings import Table, TableRow
 from fieldcam.exchange.tables.merged import Repeated, filled_down
 from fieldcam.exchange.tables.trees import ROW, TREE, StandingTree
-from fieldcam.growth.records import Source, fruit_name
+from fieldcam.growth.records import SizeSource, fruit_name
 from fieldcam.words import number_of
 
 
@@ -48,7 +48,7 @@ class CaliperCell:
     """Empty where fruits have no names."""
     day: WrittenDate
     text: str
-    source: Source
+    source: SizeSource
     state: SaidCell | None = None
     certainty: SaidCell | None = None
     """Of the match, 0 to 1, where the table was made from a camera's sizes."""
@@ -160,7 +160,7 @@ def _cell(
     table: Table, row: TableRow, column: str, cluster: int, fruit: str, day: WrittenDate
 ) -> CaliperCell:
     tree_row, tree = table.column(ROW), table.column(TREE)
-    by_camera = row.cells.get(MEASURED_BY, "") == Source.CAMERA
+    by_camera = row.cells.get(MEASURED_BY, "") == SizeSource.CAMERA
     return CaliperCell(
         row.cell_place(column),
         StandingTree(
@@ -172,7 +172,7 @@ def _cell(
         fruit,
         day,
         row.cells[column],
-        Source.CAMERA if by_camera else Source.CALIPERS,
+        SizeSource.CAMERA if by_camera else SizeSource.CALIPERS,
     )
 
 

@@ -15,7 +15,7 @@ from fieldcam.exchange.tables.dates import Calendar
 from fieldcam.exchange.tables.sheets import too_large
 from fieldcam.exchange.tables.trees import tree_names
 from fieldcam.foreign.bounds import MOST_FRUITS
-from fieldcam.growth.records import Presence, Source
+from fieldcam.growth.records import Presence, SizeSource
 
 SIZES_MM = (1.0, 100.0)
 LEAST_MEDIAN_MM = 3.5
@@ -23,7 +23,7 @@ LEAST_MEDIAN_MM = 3.5
 
 
 @dataclass(frozen=True, slots=True)
-class CaliperSize:
+class FruitOnDay:
     """One cell: a fruit on one day."""
 
     place: str
@@ -38,14 +38,14 @@ class CaliperSize:
     diameter_mm: float | None
     presence: Presence | None = None
     """Where a word, or a column of states, says it."""
-    source: Source = Source.CALIPERS
+    source: SizeSource = SizeSource.CALIPERS
     nothing: bool = False
     """A word such as NA stands there."""
     certainty: float = 1.0
     """Of the match, where a camera measured."""
 
 
-def sizes_of(cells: Sequence[CaliperCell], calendar: Calendar) -> tuple[list[CaliperSize], str]:
+def sizes_of(cells: Sequence[CaliperCell], calendar: Calendar) -> tuple[list[FruitOnDay], str]:
     """What the cells say, by the dates of the whole file; and a note on the trees' names.
 
     A word such as NA is an empty cell where no other cell is empty, as a program writes it; beside
@@ -63,13 +63,13 @@ def sizes_of(cells: Sequence[CaliperCell], calendar: Calendar) -> tuple[list[Cal
 
 def _size(
     cell: CaliperCell, tree: str, said: SizeCell, calendar: Calendar, some_empty: bool
-) -> CaliperSize:
+) -> FruitOnDay:
     presence = said.presence
     if said.nothing and some_empty:
         presence = Presence.NOT_SEEN
     if cell.state is not None:
         presence = _stated(cell.state, said.diameter_mm)
-    return CaliperSize(
+    return FruitOnDay(
         cell.place,
         tree,
         cell.cluster,
@@ -100,7 +100,7 @@ def _stated(state: SaidCell, diameter_mm: float | None) -> Presence:
     return Presence(state.text)
 
 
-def check_sizes(name: str, sizes: Sequence[CaliperSize]) -> None:
+def check_sizes(name: str, sizes: Sequence[FruitOnDay]) -> None:
     """Raises BadInput for what cannot be sizes of fruitlets in mm, and for repeated ones."""
     known = [each for each in sizes if each.diameter_mm is not None]
     if not known:
@@ -116,7 +116,7 @@ def check_sizes(name: str, sizes: Sequence[CaliperSize]) -> None:
     _check_once(sizes)
 
 
-def _check_millimetres(name: str, sizes: Sequence[CaliperSize]) -> None:
+def _check_millimetres(name: str, sizes: Sequence[FruitOnDay]) -> None:
     by_day: dict[date, list[float]] = {}
     for each in sizes:
         by_day.setdefault(each.day, []).append(each.diameter_mm or 0.0)
@@ -129,9 +129,9 @@ def _check_millimetres(name: str, sizes: Sequence[CaliperSize]) -> None:
             )
 
 
-def _check_fallen(sizes: Sequence[CaliperSize]) -> None:
+def _check_fallen(sizes: Sequence[FruitOnDay]) -> None:
     """What has fallen, by a word in a cell, has no size any more."""
-    fell: dict[tuple[str, int, str], CaliperSize] = {}
+    fell: dict[tuple[str, int, str], FruitOnDay] = {}
     for each in sorted(sizes, key=lambda each: each.day):
         key = each.tree, each.cluster, each.fruit
         if each.fruit and each.written and each.presence is Presence.FALLEN:
@@ -144,7 +144,7 @@ def _check_fallen(sizes: Sequence[CaliperSize]) -> None:
             )
 
 
-def source_of(name: str, sizes: Sequence[CaliperSize]) -> Source:
+def source_of(name: str, sizes: Sequence[FruitOnDay]) -> SizeSource:
     """Who measured them all; raises BadInput where it was one and the other."""
     sources = {each.source for each in sizes}
     if len(sources) > 1:
@@ -155,7 +155,7 @@ def source_of(name: str, sizes: Sequence[CaliperSize]) -> Source:
     return sources.pop()
 
 
-def _check_once(sizes: Sequence[CaliperSize]) -> None:
+def _check_once(sizes: Sequence[FruitOnDay]) -> None:
     places: dict[tuple[str, int, str, date], str] = {}
     for each in sizes:
         key = each.tree, each.cluster, each.fruit, each.day
@@ -167,12 +167,12 @@ def _check_once(sizes: Sequence[CaliperSize]) -> None:
         places[key] = each.place
 
 
-def named_by_size(sizes: Sequence[CaliperSize]) -> list[CaliperSize]:
+def named_by_size(sizes: Sequence[FruitOnDay]) -> list[FruitOnDay]:
     """Fruits without names get "1" for the largest of the cluster on the day, "2" and so on.
 
     Raises BadInput where only some fruits of a cluster have names.
     """
-    groups: dict[tuple[int, date], list[CaliperSize]] = {}
+    groups: dict[tuple[int, date], list[FruitOnDay]] = {}
     named = {each.cluster for each in sizes if each.fruit}
     for each in sizes:
         if not each.fruit and each.cluster in named:
@@ -188,7 +188,7 @@ def named_by_size(sizes: Sequence[CaliperSize]) -> list[CaliperSize]:
     return found
 
 
-def in_one_numbering(name: str, sizes: Sequence[CaliperSize]) -> tuple[list[CaliperSize], str]:
+def in_one_numbering(name: str, sizes: Sequence[FruitOnDay]) -> tuple[list[FruitOnDay], str]:
     """Clusters that are numbered anew on each tree get numbers of their own, and a note says so.
 
     Raises BadInput where a single cluster is on two trees.
@@ -209,7 +209,7 @@ def in_one_numbering(name: str, sizes: Sequence[CaliperSize]) -> tuple[list[Cali
     return _renumbered(name, sizes)
 
 
-def _renumbered(name: str, sizes: Sequence[CaliperSize]) -> tuple[list[CaliperSize], str]:
+def _renumbered(name: str, sizes: Sequence[FruitOnDay]) -> tuple[list[FruitOnDay], str]:
     order = list(dict.fromkeys(each.tree for each in sizes))
     width = 10 ** len(str(max(each.cluster for each in sizes)))
     numbers = {tree: place * width for place, tree in enumerate(order, start=1)}

@@ -11,7 +11,7 @@ from fieldcam.exchange.calipers.columns import CERTAINTY, DIAM, DOUBT, MEASURED_
 from fieldcam.exchange.calipers.record import record_of_sizes
 from fieldcam.exchange.tables.written import csv_text
 from fieldcam.growth.doubts import doubts_told, is_doubtful
-from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Source
+from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, SizeSource
 
 Cell = Callable[[FruitletRecord], str]
 
@@ -41,7 +41,7 @@ def _columns(record: BlockRecord) -> Iterator[tuple[str, Cell]]:
     for day in record.visits:
         if any(_certainty(day, each) for each in record.fruitlets):
             yield f"{CERTAINTY}{day}", partial(_certainty, day)
-    if record.source is Source.CAMERA:
+    if record.source is SizeSource.CAMERA:
         yield MEASURED_BY, lambda each: record.source
     if any(_doubts(record, each) for each in record.fruitlets):
         yield DOUBT, partial(_doubts, record)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from fieldcam.growth.places import Place, Seen, View
+from fieldcam.growth.places import Place, SeenFruitlet, View
 from fieldcam.values import Calibration, Fruitlet
 
 F64 = npt.NDArray[np.float64]
@@ -23,7 +23,7 @@ UNSIZED_RADIUS_MM = 4.0
 class Points:
     """The fruitlets of one picture's target cluster."""
 
-    seen: tuple[Seen, ...]
+    seen: tuple[SeenFruitlet, ...]
     tag_mm: F64 | None
     """(3,) middle of the tag in the camera frame; None where it was not measured."""
     tag_rotation: F64 | None
@@ -73,11 +73,11 @@ def counted(view: View) -> Sequence[Fruitlet]:
     return [f for f in chosen if f.id not in view.struck_out]
 
 
-def _seen(reading: str, fruitlet: Fruitlet, calibration: Calibration) -> Seen | None:
+def _seen(reading: str, fruitlet: Fruitlet, calibration: Calibration) -> SeenFruitlet | None:
     center = _center_mm(fruitlet, calibration)
     if center is None:
         return None
-    return Seen(
+    return SeenFruitlet(
         Place(reading, fruitlet.id),
         fruitlet.diameter_mm,
         fruitlet.sd_mm,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import date
 
 from fieldcam.growth.association.points import points_of
-from fieldcam.growth.places import ClusterVisit, Place, Seen, Word
+from fieldcam.growth.places import ClusterVisit, MatchWord, Place, SeenFruitlet
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting
 from fieldcam.growth.size_rule import SizeRule, sighting_of
 
@@ -21,7 +21,7 @@ class NamedCluster:
     names: Mapping[Place, str]
     """By a person, or by the simulator. In a picture that has names, whoever has none is no
     fruit that has one."""
-    words: tuple[Word, ...] = ()
+    words: tuple[MatchWord, ...] = ()
     """The operator's, on who is who over days."""
     out_of_sight: frozenset[tuple[str, date]] = frozenset()
     """Fallen fruit whose place no picture of the day shows, so that they cannot tell; as far as
@@ -33,9 +33,9 @@ class NamedCluster:
         shown = [s.place for visit in self.visits for v in visit.views for s in points_of(v).seen]
         return sum(place not in self.names for place in shown)
 
-    def seen_on(self, day: date) -> dict[str, list[Seen]]:
+    def seen_on(self, day: date) -> dict[str, list[SeenFruitlet]]:
         """What the pictures of a visit show of each named fruit."""
-        found: dict[str, list[Seen]] = {}
+        found: dict[str, list[SeenFruitlet]] = {}
         for visit in self.visits:
             for seen in (s for v in visit.views if visit.day == day for s in points_of(v).seen):
                 if seen.place in self.names:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import count
 
-from fieldcam.growth.places import Word
+from fieldcam.growth.places import MatchWord
 from fieldcam.growth.records import fruit_name
 from fieldcam.session.commands import NameFruit
 from fieldcam.session.deciding.here import read_picture
@@ -59,7 +59,7 @@ def name_fruit(view: WalkView, said: NameFruit, insist: bool) -> str:
     return f"Fruitlet {reading.letter(said.fruitlet)} is called {name}{measured}."
 
 
-def match_fruit(view: WalkView, word: Word) -> str:
+def match_fruit(view: WalkView, word: MatchWord) -> str:
     """Both pictures must still have the readings that the word is about."""
     row = word_row(word)
     if row.one_reading == row.other_reading:

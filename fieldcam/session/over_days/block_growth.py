@@ -19,7 +19,7 @@ from fieldcam.growth.outlook import Outlook, outlook
 from fieldcam.growth.places import Association
 from fieldcam.growth.records import BlockRecord
 from fieldcam.growth.size_rule import SizeRule
-from fieldcam.growth.sprays import Spray
+from fieldcam.growth.sprays import SprayDay
 from fieldcam.session.over_days.growing import ClusterRows, followed_cluster, tracks_of
 from fieldcam.store.queries.blocks import settings, sprays, tree_of_tags, trees
 from fieldcam.store.queries.counted import undecided_clusters, unread_clusters
@@ -81,7 +81,7 @@ def block_outlook(
         block_record(database, block, known, Association.SIZE_ORDER),
         between,
         crop_plan(database, block),
-        [Spray(spray.sprayed_on, spray.product) for spray in sprays(database, block)],
+        [SprayDay(spray.sprayed_on, spray.product) for spray in sprays(database, block)],
         today,
     )
 

@@ -38,7 +38,7 @@ MOST_KNOWN = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class ShownDay:
     """What the pictures that count show of a cluster on one day, as growth takes it."""
 
     fruitlets: int
@@ -148,17 +148,17 @@ def _counted(
 
 def _shown(
     database: Database, rows: ClusterRows, day: date, counted: Sequence[CaptureRecord]
-) -> Shown:
+) -> ShownDay:
     readings = [picture.reading for picture in counted if picture.reading is not None]
     if len(readings) < 2:
-        return Shown(
+        return ShownDay(
             sum(reading.living for reading in readings),
             tuple(size for reading in readings for size in reading.sizes_mm),
         )
     by_hand = max((reading.by_hand_mm for reading in readings), key=len)
     sizes = _followed(database, rows)[day]
     sized = [size for size in (*sizes, *by_hand) if size is not None]
-    return Shown(len(sizes) + len(by_hand), tuple(sorted(sized)))
+    return ShownDay(len(sizes) + len(by_hand), tuple(sorted(sized)))
 
 
 _known: dict[ClusterRows, Mapping[date, Sequence[float | None]]] = {}

@@ -8,7 +8,7 @@ from itertools import groupby
 
 from sqlite_utils import Database
 
-from fieldcam.growth.places import Association, ClusterVisit, Place, Track, View, Word
+from fieldcam.growth.places import Association, ClusterVisit, MatchWord, Place, Track, View
 from fieldcam.growth.size_rule import SizeRule
 from fieldcam.store.queries.blocks import tag_size_mm
 from fieldcam.store.queries.counted import (
@@ -44,7 +44,7 @@ class FollowedCluster:
 
     tag_id: int
     visits: tuple[ClusterVisit, ...]
-    words: tuple[Word, ...]
+    words: tuple[MatchWord, ...]
 
 
 def cluster_rows(database: Database, block: EntryId, tag_id: int) -> ClusterRows:
@@ -110,7 +110,7 @@ def tracks_of(
     return track(cluster.visits, method, cluster.words, size_rule)
 
 
-def word_row(word: Word) -> AssociationWord:
+def word_row(word: MatchWord) -> AssociationWord:
     """The row that keeps the operator's word."""
     if word.other is not None:
         other, fruitlet = word.other.reading, word.other.fruitlet
@@ -176,8 +176,8 @@ def _with_cards_of(reading: ClusterReading, size_mm: float) -> ClusterReading:
     return replace(reading, tag=moved)
 
 
-def _word(row: AssociationWord) -> Word:
+def _word(row: AssociationWord) -> MatchWord:
     one = Place(row.one_reading, row.one_fruitlet)
     if row.other_fruitlet is None:
-        return Word(one, None, row.other_reading)
-    return Word(one, Place(row.other_reading, row.other_fruitlet))
+        return MatchWord(one, None, row.other_reading)
+    return MatchWord(one, Place(row.other_reading, row.other_fruitlet))

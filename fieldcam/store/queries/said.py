@@ -16,7 +16,7 @@ from fieldcam.store.rows.row import EntryId, Row, from_columns
 
 
 @dataclass(frozen=True, slots=True)
-class Word:
+class StandingWord:
     """One row about a cluster."""
 
     id: EntryId
@@ -30,7 +30,7 @@ class Word:
     saying: Row
 
 
-def said(database: Database, block: EntryId, tag_id: int) -> tuple[Word, ...]:
+def said(database: Database, block: EntryId, tag_id: int) -> tuple[StandingWord, ...]:
     """All that stands, the oldest first."""
     captures = [record.id for record in cluster_history(database, block, tag_id)]
     found = []
@@ -47,9 +47,9 @@ def said(database: Database, block: EntryId, tag_id: int) -> tuple[Word, ...]:
     return tuple(word for _, word in sorted(found, key=lambda pair: pair[0]))
 
 
-def _word(row: dict[str, Any], saying: Row) -> Word:
+def _word(row: dict[str, Any], saying: Row) -> StandingWord:
     at = datetime.fromisoformat(row["at_utc"])
-    return Word(
+    return StandingWord(
         id=row["id"],
         at=at.astimezone(timezone(timedelta(minutes=row["utc_offset_min"]))),
         who=row["operator"] or "",

@@ -25,7 +25,7 @@ _FILES = (
 )
 
 
-class Fault(StrEnum):
+class FileFault(StrEnum):
     """What is wrong with a file."""
 
     MISSING = "missing"
@@ -40,7 +40,7 @@ class FileProblem:
     entry: EntryId | None
     """The capture, or the row of a loose file; None: no row names the file."""
     name: str
-    fault: Fault
+    fault: FileFault
     belongs_to: str = "no picture"
     """In the operator's words, such as a picture's tag and day."""
 
@@ -88,10 +88,10 @@ def _problems(
         try:
             size = objects.path(name).stat().st_size
         except OSError:
-            yield FileProblem(entry, name, Fault.MISSING)
+            yield FileProblem(entry, name, FileFault.MISSING)
             continue
         if size != file["bytes"] or (entry in hashed and not objects.is_intact(name)):
-            yield FileProblem(entry, name, Fault.CHANGED)
+            yield FileProblem(entry, name, FileFault.CHANGED)
 
 
 def _named(database: Database, problems: Iterable[FileProblem]) -> tuple[FileProblem, ...]:

@@ -14,7 +14,7 @@ from fieldcam.store.clock import now
 from fieldcam.store.connection import rows
 from fieldcam.store.facts import all_facts
 from fieldcam.store.journal import Clock
-from fieldcam.store.recovery.integrity import Fault, FileProblem, check_files, quick_check
+from fieldcam.store.recovery.integrity import FileFault, FileProblem, check_files, quick_check
 from fieldcam.store.recovery.orphans import adopt_pairs, keep_loose, orphans, sweep
 from fieldcam.store.recovery.rebuilding import rebuild
 from fieldcam.store.rows.row import EntryId
@@ -112,7 +112,9 @@ def _take_up(store: Store) -> TakenUp:
         swept = sweep(store.folder.path)
         found = orphans(store)
         intact = [path for path in found if store.objects.is_intact(path.name)]
-        broken = [FileProblem(None, p.name, Fault.CHANGED) for p in found if p not in set(intact)]
+        broken = [
+            FileProblem(None, p.name, FileFault.CHANGED) for p in found if p not in set(intact)
+        ]
         try:
             rebuilt = rebuild(store, all_facts(store.objects)) if intact else ()
             left_over = set(orphans(store))
@@ -145,10 +147,10 @@ def _sentences(report: StartupReport) -> Iterator[str]:
     taken_up = report.taken_up
     if taken_up.loose:
         yield f"Single images kept without their other eye: {len(taken_up.loose)}."
-    broken = [*taken_up.broken, *(p for p in report.problems if p.fault is Fault.CHANGED)]
+    broken = [*taken_up.broken, *(p for p in report.problems if p.fault is FileFault.CHANGED)]
     if broken:
         yield f"Image files that are not what was saved: {len(broken)}, {_of(broken)}. {TO_DO}"
-    missing = [p for p in report.problems if p.fault is Fault.MISSING]
+    missing = [p for p in report.problems if p.fault is FileFault.MISSING]
     if missing:
         yield f"Image files that are missing: {len(missing)}, {_of(missing)}. {TO_DO}"
     if report.damaged:

@@ -28,7 +28,7 @@ from fieldcam.session.viewing import shown_picture
 from fieldcam.store.objects import Objects
 from fieldcam.store.queries.calipers import caliper_sizes, measured_twice, named_fruitlets
 from fieldcam.store.queries.history import CaptureRecord
-from fieldcam.store.queries.said import Word, said
+from fieldcam.store.queries.said import StandingWord, said
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.rows.row import EntryId
 from fieldcam.tui.questions import answers
@@ -65,7 +65,7 @@ class History:
     """None where the block has no clusters."""
     tags: tuple[int, ...] = ()
     days: tuple[ClusterDay, ...] = ()
-    words: tuple[Word, ...] = ()
+    words: tuple[StandingWord, ...] = ()
     shown: Shown | None = None
     names: Mapping[int, Called] = field(default_factory=dict)
     """Of the fruitlets in the picture, with their sizes by caliper."""

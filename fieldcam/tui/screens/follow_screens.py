@@ -11,10 +11,10 @@ from textual.widgets import Static
 
 from fieldcam.session.aim.automatic import Automatic
 from fieldcam.session.events import Previewed
-from fieldcam.session.following import Unseen
+from fieldcam.session.following import NothingToFollow
 from fieldcam.session.state import WalkState
-from fieldcam.tui.looks import Pictures
-from fieldcam.tui.screens.page import Frame
+from fieldcam.tui.looks import PictureStyle
+from fieldcam.tui.screens.page import FullScreen
 from fieldcam.tui.text.aim_telling import aim_banner
 from fieldcam.tui.text.telling import Banner, Tone, banner, counted, progress, sizes_heading
 from fieldcam.tui.widgets.banner_view import BannerView
@@ -32,7 +32,7 @@ TO_WALK = Key("WALK  A", "other_screen", Tone.PLAIN)
 THEME = Key("DAY/NIGHT  D", "switch_theme", Tone.PLAIN)
 
 
-class FollowScreen(Frame):
+class FollowScreen(FullScreen):
     """Upright on a phone, or lying as a terminal does."""
 
     CSS_PATH: ClassVar[list[str | PurePath]] = [
@@ -42,11 +42,11 @@ class FollowScreen(Frame):
     ]
     HORIZONTAL_BREAKPOINTS = [(0, "-upright"), (80, "-lying")]  # noqa: RUF012 (Textual's own form)
     least: ClassVar[tuple[int, int]] = (44, 20)
-    pictures = Pictures.BLOCKS
+    pictures = PictureStyle.BLOCKS
     other: ClassVar[Key]
     """The button that leads to the other screen."""
 
-    def __init__(self, sight: WalkState | Unseen, preview: Previewed | None) -> None:
+    def __init__(self, sight: WalkState | NothingToFollow, preview: Previewed | None) -> None:
         super().__init__()
         self._first = sight, preview
 
@@ -63,7 +63,7 @@ class FollowScreen(Frame):
         """What this screen has to say."""
         return ()
 
-    def show(self, sight: WalkState | Unseen, preview: Previewed | None) -> None:
+    def show(self, sight: WalkState | NothingToFollow, preview: Previewed | None) -> None:
         """Show this state, or why there is none; `preview` is None while nobody aims."""
         if isinstance(sight, WalkState):
             self.show_bar(sight.block, sight.day, sight.simulated, sight.free_bytes)
@@ -92,11 +92,11 @@ class FollowWalk(FollowScreen):
             yield picture_view(self.pictures)
             yield SizesView(id="sizes")
 
-    def show(self, sight: WalkState | Unseen, preview: Previewed | None) -> None:
+    def show(self, sight: WalkState | NothingToFollow, preview: Previewed | None) -> None:
         super().show(sight, preview)
         walk = sight if isinstance(sight, WalkState) else None
         shown = None if walk is None else walk.shown
-        said = unseen(sight) if isinstance(sight, Unseen) else banner(sight)
+        said = unseen(sight) if isinstance(sight, NothingToFollow) else banner(sight)
         self.query_one(BannerView).show(said, "" if walk is None else counted(walk))
         self.query_one(LightsView).show(shown)
         self.query_one(PictureView).show(shown)
@@ -119,19 +119,23 @@ class FollowAim(FollowScreen):
                 yield RangeView(id="range")
                 yield CuesView(id="cues")
 
-    def show(self, sight: WalkState | Unseen, preview: Previewed | None) -> None:
+    def show(self, sight: WalkState | NothingToFollow, preview: Previewed | None) -> None:
         super().show(sight, preview)
         due = sight.tag_id if isinstance(sight, WalkState) else None
         # A look at the last cluster must not pass for one at this.
         live = preview if preview is not None and due == preview.cue.due else None
         cue = None if live is None else live.cue
-        said = unseen(sight) if isinstance(sight, Unseen) else aim_banner(sight, cue, Automatic())
+        said = (
+            unseen(sight)
+            if isinstance(sight, NothingToFollow)
+            else aim_banner(sight, cue, Automatic())
+        )
         self.query_one(BannerView).show(said, "")
         self.query_one(PreviewView).show(None if live is None else live.picture)
         self.query_one(RangeView).show(None if cue is None else cue.range_mm)
         self.query_one(CuesView).show(cue)
 
 
-def unseen(sight: Unseen) -> Banner:
+def unseen(sight: NothingToFollow) -> Banner:
     """In place of a verdict."""
     return Banner("NO DATA", "query", Tone.ASK, sight.sentence)

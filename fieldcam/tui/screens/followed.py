@@ -26,7 +26,7 @@ from fieldcam.tui.screens.pairs import Pair, pairs_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Followed:
+class FollowedPictures:
     """A cluster's accepted pictures, and its fruitlets over them."""
 
     tags: tuple[int, ...]
@@ -46,8 +46,8 @@ class Followed:
 
 
 def followed(
-    state: WalkState, asked: int | None, before: Followed | None, database: Database
-) -> Followed | None:
+    state: WalkState, asked: int | None, before: FollowedPictures | None, database: Database
+) -> FollowedPictures | None:
     """Read and followed anew only where its rows have changed; None without a cluster."""
     objects, tags = Objects(state.folder), block_tags(database, state)
     tag_id = tag_to_show(asked, state, tags)
@@ -68,7 +68,7 @@ def followed(
                 if record is not None and record.reading is not None and record.reading.id in whole
             ]
         )
-    return Followed(
+    return FollowedPictures(
         tags,
         rows,
         pairs_of([day for day in days if day]),

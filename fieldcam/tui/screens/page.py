@@ -23,7 +23,7 @@ from fieldcam.session.commands import Walk
 from fieldcam.session.state import WalkState
 from fieldcam.store.connection import connect_read_only
 from fieldcam.store.store import DATABASE_NAME
-from fieldcam.tui.looks import Pictures
+from fieldcam.tui.looks import PictureStyle
 from fieldcam.tui.messages import LookedUp
 from fieldcam.tui.text.news import News
 from fieldcam.tui.widgets.words import Words
@@ -37,7 +37,7 @@ LOW_DISK_BYTES = 1_000_000_000
 """Below it the free space is shown in MB, and as bad."""
 
 
-class Frame(Screen[None]):
+class FullScreen(Screen[None]):
     """A full screen: its bar, its body, its footer."""
 
     least: ClassVar[tuple[int, int]] = LEAST
@@ -117,10 +117,10 @@ class Frame(Screen[None]):
         )
 
 
-class Page(Frame):
+class Page(FullScreen):
     """A full screen of the walk; `show` is called with each new state."""
 
-    pictures: Pictures = Pictures.BLOCKS
+    pictures: PictureStyle = PictureStyle.BLOCKS
     """How pictures are shown; to be set before the screen is opened."""
 
     def __init__(self, walk: Walk, state: WalkState | None = None) -> None:

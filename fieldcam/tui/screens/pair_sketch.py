@@ -15,7 +15,7 @@ from fieldcam.tui.widgets.picture import (
     CHOSEN,
     OUTLINE,
     Colour,
-    Frame,
+    Cutout,
     draw_line,
     frame_around,
     still,
@@ -104,7 +104,7 @@ def _halves(size: Size) -> tuple[Size, int]:
     return (half, size[1]), size[0] - half
 
 
-def _frame(shown: Shown, half: Size) -> Frame | None:
+def _frame(shown: Shown, half: Size) -> Cutout | None:
     """Nearer than with the tag; None where there is no target."""
     boxes = [fruitlet.box_px for fruitlet in targets(shown)]
     return frame_around(boxes, half) if boxes else None

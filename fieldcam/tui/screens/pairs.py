@@ -9,8 +9,8 @@ from itertools import combinations, pairwise, product
 from fieldcam.growth.doubts import SURE, Doubt, growth_doubt
 from fieldcam.growth.grown import Growth, sd_of_difference
 from fieldcam.growth.noise import NOISE
-from fieldcam.growth.places import Place, Track, TrackedVisit, Word
-from fieldcam.growth.records import Presence, Source
+from fieldcam.growth.places import MatchWord, Place, Track, TrackedVisit
+from fieldcam.growth.records import Presence, SizeSource
 from fieldcam.session.state import Shown
 from fieldcam.store.rows.fruit import AssociationWord, MissingWord
 from fieldcam.store.rows.judgements import Answer
@@ -122,7 +122,7 @@ def unplaced(tracks: Sequence[Track], pair: Pair) -> tuple[tuple[Fruitlet, ...],
     )
 
 
-def said_word(rows: Sequence[PairRow], chosen: int, number: int, pair: Pair) -> Word | None:
+def said_word(rows: Sequence[PairRow], chosen: int, number: int, pair: Pair) -> MatchWord | None:
     """That the chosen fruitlet is the one of row `number`; 0: that the other shows none.
 
     None where there is nothing to say: no such row, or not one of each picture.
@@ -133,12 +133,12 @@ def said_word(rows: Sequence[PairRow], chosen: int, number: int, pair: Pair) -> 
         return None
     if there is not None:
         one, other = here.one or there.one, there.other if here.one else here.other
-        return None if one is None or other is None else Word(one, other)
+        return None if one is None or other is None else MatchWord(one, other)
     later, earlier = pair[1].record.reading, pair[0].record.reading
     if here.one is not None and later is not None:
-        return Word(here.one, None, later.id)
+        return MatchWord(here.one, None, later.id)
     if here.other is not None and earlier is not None:
-        return Word(here.other, None, earlier.id)
+        return MatchWord(here.other, None, earlier.id)
     return None
 
 
@@ -258,7 +258,7 @@ def _rate(growth: Growth | None) -> str:
 
 def _said(row: PairRow, first_day: str, growth: Growth | None) -> str:
     if row.one is not None and row.other is not None:
-        doubt = None if growth is None else growth_doubt(growth, NOISE[Source.CAMERA])
+        doubt = None if growth is None else growth_doubt(growth, NOISE[SizeSource.CAMERA])
         if doubt in NO_FRUIT:
             return f"? no fruit {NO_FRUIT[doubt]} so"
         if row.by_hand:

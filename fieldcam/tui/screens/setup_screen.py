@@ -15,12 +15,12 @@ from textual.widgets.option_list import Option
 from fieldcam.session.set_up.setting_up import SetUp, SetUpState
 from fieldcam.tui.messages import Heard
 from fieldcam.tui.questions.setup_questions import Change, Questions, carried_out
-from fieldcam.tui.screens.page import Frame
+from fieldcam.tui.screens.page import FullScreen
 from fieldcam.tui.text.setup_telling import Subject, lines
 from fieldcam.tui.widgets.buttons import BigButton
 
 
-class SetUpScreen(Frame):
+class SetUpScreen(FullScreen):
     """Each line is changed by a question of its own."""
 
     CSS_PATH = "setup_screen.tcss"

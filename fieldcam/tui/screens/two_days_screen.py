@@ -13,9 +13,9 @@ from fieldcam.growth.places import Place
 from fieldcam.session.commands import MatchFruit, TellMissing, UndoLast, UndoMatch, Walk
 from fieldcam.session.state import WalkState
 from fieldcam.store.rows.judgements import Answer
-from fieldcam.tui.looks import Pictures
+from fieldcam.tui.looks import PictureStyle
 from fieldcam.tui.screens.cluster_page import NO_CLUSTERS, ONWARD, ClusterPage
-from fieldcam.tui.screens.followed import Followed, followed
+from fieldcam.tui.screens.followed import FollowedPictures, followed
 from fieldcam.tui.screens.pair_changes import places_of, told_changes
 from fieldcam.tui.screens.pair_sketch import TwoStills
 from fieldcam.tui.screens.pairs import (
@@ -80,7 +80,7 @@ class TwoDaysScreen(ClusterPage):
         """`over_walk`: it goes back to the Walk screen, else to Cluster."""
         super().__init__(walk, state)
         self._over_walk = over_walk
-        self._followed: Followed | None = None
+        self._followed: FollowedPictures | None = None
         self._group = -1
         self._pair = 0
         self._chosen: Place | None = None
@@ -101,7 +101,7 @@ class TwoDaysScreen(ClusterPage):
             # The last answer was given: the walk stands before another cluster.
             self.app.pop_screen()
             return
-        self.set_class(self.pictures is Pictures.NONE, "-words")
+        self.set_class(self.pictures is PictureStyle.NONE, "-words")
         self.set_class(self.app.size.height >= TALL, "-tall")
         self.look_up(
             state.folder, partial(followed, state, self.looks_at, self._followed), self._found
@@ -229,7 +229,7 @@ class TwoDaysScreen(ClusterPage):
         self._chosen = row.one or row.other
         self._write()
 
-    def _found(self, followed: Followed | None) -> None:
+    def _found(self, followed: FollowedPictures | None) -> None:
         before, self._followed = self._followed, followed
         self.tags = () if followed is None else followed.tags
         self.tag_id = None if followed is None else followed.rows.tag_id
@@ -240,7 +240,7 @@ class TwoDaysScreen(ClusterPage):
         if before is not None and followed is not None and self._pairs:
             self._tell_changes(before, followed)
 
-    def _tell_changes(self, before: Followed, now: Followed) -> None:
+    def _tell_changes(self, before: FollowedPictures, now: FollowedPictures) -> None:
         """A word on one fruitlet may move others."""
         if before.rows.tag_id != now.rows.tag_id or before.rows.visits != now.rows.visits:
             return
@@ -277,6 +277,6 @@ class TwoDaysScreen(ClusterPage):
         self.query_one("#pair-lines", Static).update(sentence)
 
 
-def _days(followed: Followed) -> tuple[int, int]:
+def _days(followed: FollowedPictures) -> tuple[int, int]:
     """Of which cluster, and how many."""
     return followed.rows.tag_id, len(followed.groups)

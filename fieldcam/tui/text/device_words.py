@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from textwrap import shorten
 
-from fieldcam.analysis.status import State
-from fieldcam.analysis.status import Status as AnalysisStatus
+from fieldcam.analysis.status import AnalysisState, AnalysisStatus
 from fieldcam.calibration.drift import TAG_SIZE_BIAS
 from fieldcam.calibration.stored_drift import LEAST_PICTURES, TagSizes
 from fieldcam.models import ModelFile, Models
@@ -112,7 +111,7 @@ def calibration_facts(uncalibrated: str, sizes: TagSizes | None) -> Iterator[Fac
 
 def analysis_facts(status: AnalysisStatus) -> Iterator[Fact]:
     restarts = f"restarts {status.restarts}, waiting {status.pending}"
-    off = status.state is State.STOPPED
+    off = status.state is AnalysisState.STOPPED
     yield Fact("analysis", f"{status.state}, {restarts}{'; R starts it again' if off else ''}", off)
     yield Fact("", f"last error: {status.last_error}" if status.last_error else "no error")
 

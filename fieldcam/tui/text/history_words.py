@@ -10,7 +10,7 @@ from statistics import mean
 from fieldcam.growth.doubts import MOST_MM_PER_DAY
 from fieldcam.session.over_days.days import ClusterDay
 from fieldcam.store.queries.history import CaptureRecord, ReadingSummary
-from fieldcam.store.queries.said import Word
+from fieldcam.store.queries.said import StandingWord
 from fieldcam.store.rows.fruit import AssociationWord, CaliperIdentity, CaliperSize
 from fieldcam.store.rows.judgements import (
     Action,
@@ -85,7 +85,7 @@ Readings = Mapping[EntryId, ReadingSummary]
 """The last one of each picture, by its id."""
 
 
-def word_line(word: Word, places: Mapping[EntryId, int], readings: Readings) -> str:
+def word_line(word: StandingWord, places: Mapping[EntryId, int], readings: Readings) -> str:
     """One line of what was said; `places` counts the pictures from 1."""
     who = f" {word.who}" if word.who else ""
     place = places.get(word.capture or "")

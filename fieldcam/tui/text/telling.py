@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from fieldcam.analysis.status import State
+from fieldcam.analysis.status import AnalysisState
 from fieldcam.session.left_over import left_over, named_tags
 from fieldcam.session.state import CameraState, Shown, Stage, WalkState
 from fieldcam.session.summary import WalkSummary
@@ -35,7 +35,7 @@ class Banner:
 
 
 @dataclass(frozen=True, slots=True)
-class Light:
+class QualityLight:
     """One of the four qualities of a picture; `good` is None while it is not known."""
 
     name: str
@@ -116,14 +116,16 @@ def not_saved(sentence: str) -> Banner:
     return Banner(NOT_SAVED, "cross", Tone.BAD, sentence)
 
 
-def lights(shown: Shown | None) -> tuple[Light, ...]:
+def lights(shown: Shown | None) -> tuple[QualityLight, ...]:
     """What the verdict's reasons say about the picture."""
     if shown is None or shown.reading is None:
-        return tuple(Light(name, None) for name in LIGHTS)
+        return tuple(QualityLight(name, None) for name in LIGHTS)
     found = {reason.code for reason in shown.reading.verdict.reasons}
     unknown = _not_measured(found)
     return tuple(
-        Light(name, False if found.intersection(codes) else None if name in unknown else True)
+        QualityLight(
+            name, False if found.intersection(codes) else None if name in unknown else True
+        )
         for name, codes in LIGHTS.items()
     )
 
@@ -146,7 +148,7 @@ def progress(state: WalkState) -> str:
     skipped = f", {route.skipped} skipped" if route.skipped else ""
     parts.append(f"{route.taken}/{len(route.stops)} taken{skipped}")
     if state.waiting:
-        off = ", analysis off" if state.analysis.state is State.STOPPED else ""
+        off = ", analysis off" if state.analysis.state is AnalysisState.STOPPED else ""
         parts.append(f"{state.waiting} to read{off}")
     if state.failed:
         parts.append(f"{state.failed} not read")
@@ -217,10 +219,10 @@ def _without_reading(state: WalkState, shown: Shown) -> Banner:
         return Banner("NO SIZES", "query", Tone.ASK, f"Not read: {shown.failure} {READ_AGAIN}")
     if state.uncalibrated:
         return Banner("SAVED", "dots", Tone.ASK, state.uncalibrated)
-    if state.analysis.state is State.STOPPED:
+    if state.analysis.state is AnalysisState.STOPPED:
         sentence = f"The analysis is off: I then R starts it again. {state.analysis.last_error}"
         return Banner("SAVED", "dots", Tone.ASK, sentence.rstrip())
-    if state.analysis.state is State.RESTARTING:
+    if state.analysis.state is AnalysisState.RESTARTING:
         sentence = "Saved. The analysis starts again and then reads it; you may walk on."
         return Banner("SAVED", "dots", Tone.BUSY, sentence)
     return Banner("SAVED", "dots", Tone.BUSY, "Saved. It is being read; you may walk on.")

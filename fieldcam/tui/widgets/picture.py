@@ -29,7 +29,7 @@ def still(
     shown: Shown,
     size: tuple[int, int],
     chosen: int | None = None,
-    frame: Frame | None = None,
+    frame: Cutout | None = None,
 ) -> ImageU8:
     """The picture that is decided on, `size` being width and height in small pixels.
 
@@ -41,7 +41,7 @@ def still(
     image = colours(raw, shown.pixel_format)
     frame = frame or frame_of(shown.reading, (raw.shape[1], raw.shape[0]), size)
     shares = image.shape[0] / raw.shape[0]
-    own = Frame(frame.x0 * shares, frame.y0 * shares, frame.px_per_cell * shares)
+    own = Cutout(frame.x0 * shares, frame.y0 * shares, frame.px_per_cell * shares)
     small = shrink(image, own, size)
     living = {seen.id: seen.living for seen in shown.target}
     for fruitlet in () if shown.reading is None else shown.reading.fruitlets:
@@ -62,7 +62,7 @@ def not_there(error: OSError | ImageUnreadable) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class Cutout:
     """The part of an image that is shown, in its pixels."""
 
     x0: float
@@ -88,7 +88,7 @@ def colours(image: ImageU8, pixel_format: PixelFormat) -> ImageU8:
 
 def frame_of(
     reading: ClusterReading | None, image_px: tuple[int, int], size: tuple[int, int]
-) -> Frame:
+) -> Cutout:
     """Around the target and its tag, else the whole image; `size` is width and height."""
     boxes = [] if reading is None else [f.box_px for f in reading.target]
     if reading is not None and reading.tag is not None:
@@ -100,7 +100,7 @@ def frame_of(
 
 def frame_around(
     boxes: Sequence[tuple[float, float, float, float]], size: tuple[int, int]
-) -> Frame:
+) -> Cutout:
     """Around all of these boxes, each x0, y0, x1, y1."""
     low, high = np.array(boxes)[:, :2].min(axis=0), np.array(boxes)[:, 2:].max(axis=0)
     return _framed(low, high, MARGIN, LEAST_PX, size)
@@ -112,16 +112,16 @@ def _framed(
     margin: float,
     least: float,
     size: tuple[int, int],
-) -> Frame:
+) -> Cutout:
     (x0, y0), (x1, y1) = low, high
     scale = max((x1 - x0) * margin / size[0], (y1 - y0) * margin / size[1], least / size[0])
     middle_x, middle_y = (x0 + x1) / 2, (y0 + y1) / 2
-    return Frame(
+    return Cutout(
         float(middle_x - scale * size[0] / 2), float(middle_y - scale * size[1] / 2), scale
     )
 
 
-def shrink(image: ImageU8, frame: Frame, size: tuple[int, int]) -> ImageU8:
+def shrink(image: ImageU8, frame: Cutout, size: tuple[int, int]) -> ImageU8:
     """Block means of the frame, black outside the image; (height, width, 3)."""
     width, height = size
     columns = np.round(frame.x0 + np.arange(width + 1) * frame.px_per_cell).astype(int)
@@ -144,7 +144,7 @@ def shrink(image: ImageU8, frame: Frame, size: tuple[int, int]) -> ImageU8:
     return small
 
 
-def draw(small: ImageU8, frame: Frame, ellipse: Ellipse, colour: Colour) -> None:
+def draw(small: ImageU8, frame: Cutout, ellipse: Ellipse, colour: Colour) -> None:
     """An outline, onto the small picture."""
     x, y = ellipse.points_px(160).T
     columns = np.floor((x + 0.5 - frame.x0) / frame.px_per_cell).astype(int)

@@ -10,7 +10,7 @@ from textual.app import ComposeResult
 from textual.widgets import Static
 from textual_image.widget import SixelImage, TGPImage
 
-from fieldcam.tui.looks import Pictures
+from fieldcam.tui.looks import PictureStyle
 from fieldcam.tui.widgets.picture_view import PictureView
 from fieldcam.tui.widgets.sketch import Painted, stamped
 
@@ -24,9 +24,9 @@ class PixelPicture(PictureView):
     CELL_PX = (8, 16)
     """As many as most terminals have or fewer, so that no time goes into pixels unseen."""
 
-    def __init__(self, pictures: Pictures) -> None:
+    def __init__(self, pictures: PictureStyle) -> None:
         super().__init__()
-        self._image = SixelImage() if pictures is Pictures.SIXEL else TGPImage()
+        self._image = SixelImage() if pictures is PictureStyle.SIXEL else TGPImage()
 
     def compose(self) -> ComposeResult:
         yield Static(id="words", markup=False)

@@ -6,7 +6,7 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from fieldcam.images.pixels import as_rgb
-from fieldcam.tui.looks import Pictures
+from fieldcam.tui.looks import PictureStyle
 from fieldcam.tui.widgets.cell_picture import full_cells, half_blocks
 from fieldcam.tui.widgets.picture import frame_of, shrink
 from fieldcam.values import ImageU8
@@ -15,10 +15,10 @@ from fieldcam.values import ImageU8
 class PreviewView(Widget):
     """Shows the last picture of the left eye, blank before there is one."""
 
-    def __init__(self, pictures: Pictures, id: str | None = None) -> None:
+    def __init__(self, pictures: PictureStyle, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.display = pictures is not Pictures.NONE
-        self._halves = 1 if pictures is Pictures.CELLS else 2
+        self.display = pictures is not PictureStyle.NONE
+        self._halves = 1 if pictures is PictureStyle.CELLS else 2
         self._picture: ImageU8 | None = None
         self._strips: list[Strip] = []
 

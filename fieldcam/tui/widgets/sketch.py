@@ -11,7 +11,7 @@ import numpy as np
 from fieldcam.growth.places import Place
 from fieldcam.session.state import Shown
 from fieldcam.tui.text.letters import BLOCK, big
-from fieldcam.tui.widgets.picture import CHOSEN, OUTLINE, STRUCK, Colour, Frame, frame_of, still
+from fieldcam.tui.widgets.picture import CHOSEN, OUTLINE, STRUCK, Colour, Cutout, frame_of, still
 from fieldcam.values import Fruitlet, ImageU8
 
 Size = tuple[int, int]
@@ -75,7 +75,7 @@ class Still:
     def at(self, x: float, y: float, size: Size) -> Place | None:
         return nearest(self.shown, self._frame(size), x, y) if targets(self.shown) else None
 
-    def _frame(self, size: Size) -> Frame:
+    def _frame(self, size: Size) -> Cutout:
         """Of a target that was found, so that the image's own size is no matter."""
         return frame_of(self.shown.reading, (1, 1), size)
 
@@ -106,7 +106,7 @@ def living(shown: Shown) -> tuple[Fruitlet, ...]:
     return tuple(fruitlet for fruitlet in targets(shown) if fruitlet.id in ids)
 
 
-def nearest(shown: Shown, frame: Frame, x: float, y: float) -> Place | None:
+def nearest(shown: Shown, frame: Cutout, x: float, y: float) -> Place | None:
     """The target's fruitlet at this small pixel of the picture."""
     found = targets(shown)
     if shown.record.reading is None or not found:

@@ -54,7 +54,7 @@ class Observation:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Size:
+class SizedOutline:
     """What sizing says about one fruitlet."""
 
     diameter_mm: float | None
@@ -72,7 +72,7 @@ def size_fruitlet(
     calibration: Calibration,
     parameters: SizingParameters | None = None,
     corrections: Corrections | None = None,
-) -> Size:
+) -> SizedOutline:
     """The default method."""
     parameters = parameters or SizingParameters()
     corrections = corrections or Corrections()
@@ -81,19 +81,19 @@ def size_fruitlet(
     early = _early_flags(observed, median)
     fit = _fit(observed, parameters, corrections)
     if fit is None:
-        return Size(None, None, None, median, 1.0, (*early, Flag.BAD_OUTLINE))
+        return SizedOutline(None, None, None, median, 1.0, (*early, Flag.BAD_OUTLINE))
     ellipse = fit.ellipse
     visible = _visible_fraction(observed.instance, ellipse.area_px)
     flags = (*early, *_outline_flags(fit, visible, parameters))
     if observed.instance.score < parameters.min_score:
         flags = (*flags, Flag.BAD_OUTLINE)
     if median is None:
-        return Size(None, None, ellipse, None, visible, _unique(flags))
+        return SizedOutline(None, None, ellipse, None, visible, _unique(flags))
     diameter, spread = diameter_and_spread(fit, surface, calibration, corrections)
     outline_sd = fit.minor_sd_px * calibration.baseline_mm / median
     sd = parameters.uncertainty.sd_mm(diameter, outline_sd, observed.instance.width_sd)
     flags = _unique((*flags, *_value_flags(diameter, sd, spread, parameters)))
-    return Size(None if flags else diameter, sd, ellipse, median, visible, flags)
+    return SizedOutline(None if flags else diameter, sd, ellipse, median, visible, flags)
 
 
 def _visible_fraction(instance: Instance, outline_area_px: float) -> float:
@@ -106,18 +106,18 @@ def _visible_fraction(instance: Instance, outline_area_px: float) -> float:
     return float(np.clip(min(of_outline, seen), 0.0, 1.0))
 
 
-def size_by_paper(observed: Observation, calibration: Calibration) -> Size:
+def size_by_paper(observed: Observation, calibration: Calibration) -> SizedOutline:
     """The paper's formula: pixel contour, fitEllipse, baseline * minor / median disparity."""
     points = pixel_outline(observed.instance.visible)
     surface = Surface.of(observed.instance.visible, observed.known, observed.window)
     median = surface.median_px
     if len(points) < 5:
-        return Size(None, None, None, median, 1.0, (Flag.BAD_OUTLINE,))
+        return SizedOutline(None, None, None, median, 1.0, (Flag.BAD_OUTLINE,))
     ellipse = _opencv_ellipse(points)
     if median is None:
-        return Size(None, None, ellipse, None, 1.0, (Flag.NO_DEPTH,))
+        return SizedOutline(None, None, ellipse, None, 1.0, (Flag.NO_DEPTH,))
     diameter = calibration.baseline_mm * ellipse.minor_px / median
-    return Size(diameter, None, ellipse, median, 1.0, ())
+    return SizedOutline(diameter, None, ellipse, median, 1.0, ())
 
 
 def _fit(
