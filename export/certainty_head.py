@@ -12,7 +12,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 WIDTH = 24
-LEAST_LOG_SD, MOST_LOG_SD = -6.0, 1.0
+MIN_LOG_SD, MAX_LOG_SD = -6.0, 1.0
 """0.25 % of the width to three times the width."""
 MIN_AXIS_CELLS2 = 1e-3
 
@@ -68,7 +68,7 @@ def certainty_loss(certainty: Tensor, logits: Tensor, targets: Tensor, inside: T
         certainty[:, 0], fraction.clamp(0, 1), reduction="none"
     )
     error = (short_axes(logits.detach()[:, 1].sigmoid()) / short_axes(whole) - 1).abs()
-    log_sd = certainty[:, 1].clamp(LEAST_LOG_SD, MOST_LOG_SD)
+    log_sd = certainty[:, 1].clamp(MIN_LOG_SD, MAX_LOG_SD)
     # Laplace rather than Gauss: one fruitlet that is quite wrong must not speak for all.
     likelihood = log_sd + 2**0.5 * error * torch.exp(-log_sd)
     return ((shown + likelihood) * uncut).sum() / uncut.sum().clamp(min=1.0)

@@ -31,7 +31,7 @@ from fieldcam.values import (
 )
 from fieldcam.vision.pipeline import Pipeline
 
-LEAST_VISIBLE_PX = 60
+MIN_VISIBLE_PX = 60
 FOUND_IOU = 0.5
 Floats = npt.NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def mask_ious(reading: ClusterReading, truth: PixelTruth) -> Iterator[float]:
     shown = [truth.shown_by(fruitlet.mask) for fruitlet in reading.fruitlets]
     for k in range(1, int(truth.fruit.max(initial=0)) + 1):
         true = truth.fruit == k
-        if true.sum() >= LEAST_VISIBLE_PX:
+        if true.sum() >= MIN_VISIBLE_PX:
             yield max((float((s & true).sum() / (s | true).sum()) for s in shown), default=0.0)
 
 

@@ -24,8 +24,8 @@ from export.mask_rcnn import FruitletMaskRCNN
 from export.real_tiles import Tile, list_tiles
 from export.segmentation_state import load_weights
 
-LEAST_SCORE = 0.3
-MOST_IOU = 0.2
+MIN_SCORE = 0.3
+MAX_IOU = 0.2
 SMALLER = 0.75
 """Of the median boxed side: fruit of this size stands a third farther away."""
 TELL_EVERY = 100
@@ -36,7 +36,7 @@ def unboxed(found: Tensor, boxes: Tensor) -> Tensor:
     if not len(boxes):
         return torch.zeros(len(found), dtype=torch.bool)
     usual = _side(boxes).median()
-    apart: Tensor = box_iou(found, boxes).amax(dim=1) < MOST_IOU
+    apart: Tensor = box_iou(found, boxes).amax(dim=1) < MAX_IOU
     return apart & (_side(found) < SMALLER * usual)
 
 
@@ -53,7 +53,7 @@ def unknown_of(model: FruitletMaskRCNN, tile: Tile) -> list[list[float]]:
         return []
     pixels = torch.from_numpy(window.image.transpose(2, 0, 1).astype(np.float32))
     seen = model.detect(pixels)
-    found = seen.boxes[seen.scores >= LEAST_SCORE]
+    found = seen.boxes[seen.scores >= MIN_SCORE]
     kept = found[unboxed(found, torch.from_numpy(window.boxes))]
     height, width = window.labels.shape
     shares = kept / torch.tensor([width, height, width, height])

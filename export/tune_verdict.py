@@ -74,21 +74,21 @@ class GoodPair:
 
 
 BEYOND: dict[str, Callable[[float], bool]] = {
-    "fruit_brightness": lambda v: v < verdicts.LEAST_FRUIT_BRIGHTNESS,
-    "white_level": lambda v: v < verdicts.LEAST_WHITE_LEVEL,
-    "fruit_clipped": lambda v: v > verdicts.MOST_CLIPPED,
-    "around_clipped": lambda v: v > verdicts.MOST_CLIPPED_AROUND,
-    "tag_blur_px": lambda v: v > verdicts.MOST_TAG_BLUR_PX,
-    "edge_blur_px": lambda v: v > verdicts.MOST_EDGE_BLUR_PX,
+    "fruit_brightness": lambda v: v < verdicts.MIN_FRUIT_BRIGHTNESS,
+    "white_level": lambda v: v < verdicts.MIN_WHITE_LEVEL,
+    "fruit_clipped": lambda v: v > verdicts.MAX_CLIPPED,
+    "around_clipped": lambda v: v > verdicts.MAX_CLIPPED_AROUND,
+    "tag_blur_px": lambda v: v > verdicts.MAX_TAG_BLUR_PX,
+    "edge_blur_px": lambda v: v > verdicts.MAX_EDGE_BLUR_PX,
     "tag_rows_px": lambda v: v > eyes.DRIFT_ROWS_PX,
     "tag_size_off": lambda v: v > DRIFT_SIZE,
     "tag_disparity_px": lambda v: v < 0,
-    "found_share": lambda v: v < eyes.LEAST_FOUND,
+    "found_share": lambda v: v < eyes.MIN_FOUND,
     "swapped_share": lambda v: v > eyes.SWAPPED_SHARE,
     "spots_rows_px": lambda v: v > eyes.BAD_DRIFT_ROWS_PX,
     "spots_spread_px": lambda v: v > eyes.MISPAIRED_SPREAD_PX,
     "nearer_is_farther_off": lambda v: v > 0.5,
-    "right_white_ratio": lambda v: v < verdicts.LEAST_RIGHT_WHITE_RATIO,
+    "right_white_ratio": lambda v: v < verdicts.MIN_RIGHT_WHITE_RATIO,
     "tag_range_mm": lambda v: not NEAREST_MM <= v <= FARTHEST_MM,
 }
 """For each measure: whether a value speaks against the pair."""

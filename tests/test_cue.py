@@ -10,7 +10,7 @@ from made_cues import good_cue, tag
 from made_states import AIM, ROUTE, shown_with
 
 from fieldcam.session.aim.automatic import Automatic, accepted_since
-from fieldcam.session.aim.cue import MOST_MOVED_MM, Cue, Zone, cue_of
+from fieldcam.session.aim.cue import MAX_MOVED_MM, Cue, Zone, cue_of
 from fieldcam.session.state import CameraState, WalkState
 from fieldcam.store.queries.walks import ClusterState
 from fieldcam.values import FARTHEST_MM, NEAREST_MM
@@ -54,7 +54,7 @@ def test_a_new_tag_is_not_taken_by_itself() -> None:
 
 
 @pytest.mark.parametrize(
-    ("moved_mm", "still"), [(0.0, True), (MOST_MOVED_MM, True), (MOST_MOVED_MM + 0.1, False)]
+    ("moved_mm", "still"), [(0.0, True), (MAX_MOVED_MM, True), (MAX_MOVED_MM + 0.1, False)]
 )
 def test_stillness_is_told_from_two_looks(moved_mm: float, still: bool) -> None:
     first = cue_of(DUE, [tag(DUE, 440.0)], None, flash_ready=True)

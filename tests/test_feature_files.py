@@ -346,7 +346,7 @@ def test_a_write_reaches_a_long_chain_at_once() -> None:
 
 
 def test_a_list_that_takes_too_long_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fieldcam.camera.genapi.listing.MOST_LISTING_CPU_S", 0.0)
+    monkeypatch.setattr("fieldcam.camera.genapi.listing.MAX_LISTING_CPU_S", 0.0)
     (width,) = declared_entries(NodeMap(load_feature_file(SMALL), NoCamera()))
     assert width["problem"] == "It was not asked: the features before it took too long."
 

@@ -41,7 +41,7 @@ from fieldcam.session.commands import (
     UndoLast,
     WriteNote,
 )
-from fieldcam.session.deciding.missing import MOST_FRUITLETS
+from fieldcam.session.deciding.missing import MAX_FRUITLETS
 from fieldcam.session.doubt import Instead
 from fieldcam.session.events import (
     AnalysisTrouble,
@@ -398,7 +398,7 @@ def test_no_more_are_fallen_or_hidden_than_there_were(later: Walked) -> None:
 def test_a_cluster_that_nobody_counted_has_a_bound_too(walk: Walked) -> None:
     walk.start()
     walk.shoot()
-    for _ in range(MOST_FRUITLETS):
+    for _ in range(MAX_FRUITLETS):
         walk.live.do(AnswerQuestion(Answer.HIDDEN))
     assert "of a cluster" in walk.after(AnswerQuestion(Answer.HIDDEN), Refused)[0].sentence
 

@@ -333,7 +333,7 @@ def test_growth_is_told_as_exactly_as_it_can_be(
     leaf = replace(second, day=first.day)
     back = replace(first, day=first.day + timedelta(days=1))
     assert "(no fruit grows so)" not in "".join(day_lines([leaf, back]))
-    monkeypatch.setattr("fieldcam.tui.text.history_words.MOST_MM_PER_DAY", 0.4)
+    monkeypatch.setattr("fieldcam.tui.text.history_words.MAX_MM_PER_DAY", 0.4)
     assert list(day_lines([leaf, back]))[3] == (
         "22 May  5: 11.00 mm, ~+0.50 a day (no fruit grows so)"
     )

@@ -21,20 +21,20 @@ from fieldcam.tui.widgets.cell_picture import full_cells, half_blocks
 from fieldcam.tui.widgets.picture import OUTLINE, STRUCK, Cutout, colours, frame_of, shrink, still
 from fieldcam.values import PixelFormat, Reason, ReasonCode, Status, Verdict
 
-LEAST_CONTRAST = 7.0
+MIN_CONTRAST = 7.0
 
 
 @pytest.mark.parametrize("theme", themes.ALL, ids=lambda theme: theme.name)
 @pytest.mark.parametrize("name", ["primary", "success", "warning", "error", "foreground"])
 def test_status_colours_can_be_read_in_the_sun(theme: Theme, name: str) -> None:
-    assert contrast(getattr(theme, name), theme.background) >= LEAST_CONTRAST
+    assert contrast(getattr(theme, name), theme.background) >= MIN_CONTRAST
 
 
 @pytest.mark.parametrize("theme", themes.ALL, ids=lambda theme: theme.name)
 def test_bars_can_be_read_in_the_sun(theme: Theme) -> None:
-    assert contrast(theme.foreground, theme.panel) >= LEAST_CONTRAST
+    assert contrast(theme.foreground, theme.panel) >= MIN_CONTRAST
     key, ground = (theme.variables[f"footer-{name}"] for name in ("key-foreground", "background"))
-    assert contrast(key, ground) >= LEAST_CONTRAST
+    assert contrast(key, ground) >= MIN_CONTRAST
 
 
 def test_one_of_a_thing_is_not_many(tmp_path: Path) -> None:

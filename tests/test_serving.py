@@ -26,7 +26,7 @@ from fieldcam.errors import ExitCode
 from fieldcam.serving.addresses import is_own_name, listen, page_address
 from fieldcam.serving.gate import TRIES, Gate
 from fieldcam.serving.logs import keep_terminal_quiet
-from fieldcam.serving.server import MOST_SCREENS, PASS, PhoneServer
+from fieldcam.serving.server import MAX_SCREENS, PASS, PhoneServer
 
 PATIENCE_S = 20.0
 CLOSED = ("/phone.js", "/here", "/static/js/textual.js", "/static/css/xterm.css", "/ws", "/else")
@@ -312,7 +312,7 @@ def test_the_servers_end_ends_all_apps() -> None:
 
 def test_only_so_many_browsers_have_an_app() -> None:
     async def script(client: Client) -> None:
-        for _ in range(MOST_SCREENS):
+        for _ in range(MAX_SCREENS):
             await pid_of(await client.ws_connect("/ws", headers=origin(client)))
         assert await status_of_socket(client, origin(client)) == 503
 

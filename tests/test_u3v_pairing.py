@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from fieldcam.camera.usb3vision.bootstrap import ClockSample
 from fieldcam.camera.usb3vision.clocks import DeviceClock, fit_clock
 from fieldcam.camera.usb3vision.pairing import (
-    MOST_WAITING,
+    MAX_WAITING,
     AlternatePairing,
     ComponentPairing,
     Eye,
@@ -97,7 +97,7 @@ def in_some_order(
     while any(queues.values()):
         behind = max(queues, key=lambda eye: len(queues[eye]))
         apart = abs(len(queues[Eye.LEFT]) - len(queues[Eye.RIGHT]))
-        eye = behind if apart >= MOST_WAITING - 1 else chance.choice([e for e in Eye if queues[e]])
+        eye = behind if apart >= MAX_WAITING - 1 else chance.choice([e for e in Eye if queues[e]])
         if (each := queues[eye].pop(0)) is not None:
             arrived.append((eye, each))
     return arrived
@@ -153,7 +153,7 @@ def test_what_stays_alone_is_counted_and_let_go() -> None:
     pairing = TwinPairing(TOLERANCE_NS)
     for block_id in range(10):
         assert pairing.add(Eye.LEFT, half(block_id, block_id)) is None
-    assert pairing.dropped == 10 - MOST_WAITING
+    assert pairing.dropped == 10 - MAX_WAITING
 
 
 def test_ids_that_begin_anew_align_anew() -> None:

@@ -19,7 +19,7 @@ from fieldcam.camera.usb3vision.bootstrap import Eirm, Sbrm
 from fieldcam.camera.usb3vision.channel import ControlChannel
 from fieldcam.camera.usb3vision.events import CameraEvent, EventChannel, parse_event
 from fieldcam.camera.usb3vision.gencp import MalformedPacket
-from fieldcam.camera.usb3vision.stream import MOST_FAULTS, ImageStream
+from fieldcam.camera.usb3vision.stream import MAX_FAULTS, ImageStream
 from fieldcam.camera.usb3vision.transport import (
     EndpointStalled,
     LinkFault,
@@ -145,7 +145,7 @@ def test_a_bus_error_of_an_unplugged_camera_is_told_as_unplugged() -> None:
 
 
 def test_endless_faults_end() -> None:
-    setup = Setup(*[LinkFault("bad cable")] * (MOST_FAULTS + 1))
+    setup = Setup(*[LinkFault("bad cable")] * (MAX_FAULTS + 1))
     with pytest.raises(LinkFault, match="bad cable"):
         setup.stream.receive(1.0)
 

@@ -19,7 +19,7 @@ Pixels = npt.NDArray[np.float32]
 """(N, 2) float32: x, y."""
 Ids = npt.NDArray[np.intp]
 
-LEAST_SQUARES, MOST_SQUARES = 4, 40
+MIN_SQUARES, MAX_SQUARES = 4, 40
 """To a side; below, OpenCV looks for no board."""
 MARKER_CELLS, SQUARE_CELLS = 7, 9
 """Of a ChArUco board: a marker of 5x5 bits and its border, one cell of white around it."""
@@ -32,9 +32,9 @@ MARKERS = (
 """Each family begins with the one before it; a small one is searched twelve times as fast.
 None of these markers is an AprilTag."""
 MARKER_FAMILY = "ArUco 5x5"
-LEAST_MARKERS, LEAST_MARKER_PX = 3, 10.0
+MIN_MARKERS, MIN_MARKER_PX = 3, 10.0
 """Of one family, before a picture counts as showing it."""
-LEAST_LINES = 3
+MIN_LINES = 3
 """Columns and rows of corners that must be seen; fewer lie as good as in one line."""
 LOOKS = (cv2.CALIB_CB_NORMALIZE_IMAGE, 0)
 """Without the first some boards near the edge of a flash's light are not found, and with it
@@ -64,10 +64,10 @@ class Board:
 
     def __post_init__(self) -> None:
         sides = self.columns, self.rows
-        if not all(LEAST_SQUARES <= side <= MOST_SQUARES for side in sides):
+        if not all(MIN_SQUARES <= side <= MAX_SQUARES for side in sides):
             raise BadInput(
                 f"A board of {self.columns} x {self.rows} squares cannot be used.",
-                f"Choose {LEAST_SQUARES} to {MOST_SQUARES} squares to a side.",
+                f"Choose {MIN_SQUARES} to {MAX_SQUARES} squares to a side.",
             )
         if self.kind is Kind.CHECKERBOARD and self.columns == self.rows:
             raise BadInput(
@@ -139,9 +139,9 @@ def find_corners(board: Board, image: ImageU8) -> Corners:
 def seen_markers(image: ImageU8) -> str:
     """The family of most markers of a picture (H, W, 3) or (H, W); empty where too few tell."""
     grey = as_grey(image)
-    counts = marker_counts(grey, LEAST_MARKER_PX)
+    counts = marker_counts(grey, MIN_MARKER_PX)
     family = max(counts, key=lambda name: counts[name])
-    return family if counts[family] >= LEAST_MARKERS else ""
+    return family if counts[family] >= MIN_MARKERS else ""
 
 
 def match_eyes(board: Board, name: str, left: Corners, right: Corners) -> BoardView | None:
@@ -151,7 +151,7 @@ def match_eyes(board: Board, name: str, left: Corners, right: Corners) -> BoardV
         right = Corners(right.ids, np.ascontiguousarray(right.places_px[::-1]))
     ids, of_left, of_right = np.intersect1d(left.ids, right.ids, return_indices=True)
     lines = (len(np.unique(part)) for part in np.divmod(ids, board.grid[0]))
-    if min(lines) < LEAST_LINES:
+    if min(lines) < MIN_LINES:
         return None
     return BoardView(
         name, board.corners_mm[ids], left.places_px[of_left], right.places_px[of_right]
@@ -172,7 +172,7 @@ def _find_charuco(board: Board, grey: ImageU8) -> Corners:
     """Of either pattern: before OpenCV 4.6 a board of even rows began with the other colour."""
     for pattern in (board.charuco, board.older_charuco):
         places, ids, _, _ = cv2.aruco.CharucoDetector(pattern).detectBoard(grey)
-        if ids is not None and len(ids) >= LEAST_LINES:
+        if ids is not None and len(ids) >= MIN_LINES:
             return _charuco_corners(board, grey, places, ids)
     return _nothing()
 

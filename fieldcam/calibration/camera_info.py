@@ -18,7 +18,7 @@ PROJECTION = ("P", "p", "projection_matrix")
 CAMERA_MATRIX = ("K", "k", "camera_matrix")
 DISTORTION = ("D", "d", "distortion_coefficients", "distCoeffs", "dist_coeffs")
 RECTIFICATION = ("R", "r", "rectification_matrix")
-MOST_BINNED = 16
+MAX_BINNED = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Window:
 def window(document: CalibrationDocument, size_px: tuple[int, int]) -> Window:
     """Raises CalibrationInvalid where it lies beyond a sensor of this size, or is none."""
     binning = [max(_whole(document, name), 1) for name in ("binning_x", "binning_y")]
-    if max(binning) > MOST_BINNED:
+    if max(binning) > MAX_BINNED:
         raise document.refuse(f"bins {binning[0]} x {binning[1]} pixels into one.")
     x, y, width, height = 0, 0, *size_px
     if document.has("roi"):

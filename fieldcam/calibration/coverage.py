@@ -23,7 +23,7 @@ are narrow, since lenses bend most there. Within the working range, the left eye
 column and the right eye's last show what the other eye does not see."""
 ROW_WORDS = ("upper ", "", "lower ")
 COLUMN_WORDS = ("left", "middle left", "middle right", "right")
-LEAST_CORNERS = 4
+MIN_CORNERS = 4
 """In a cell, before it counts as seen."""
 THIRD_MM = (FARTHEST_MM - NEAREST_MM) / 3
 NEAR_MM, FAR_MM = NEAREST_MM + THIRD_MM, FARTHEST_MM - THIRD_MM
@@ -69,7 +69,7 @@ class Coverage:
                 ("left", self.left[:, 1:], 1),
                 ("right", self.right[:, :-1], 0),
             )
-            for row, column in np.argwhere(counts < LEAST_CORNERS)
+            for row, column in np.argwhere(counts < MIN_CORNERS)
         )
 
     @property

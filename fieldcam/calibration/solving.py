@@ -21,12 +21,12 @@ from fieldcam.calibration.fisheye import fits_fisheye
 from fieldcam.calibration.poses import BoardPose, board_pose, find_pose, usual_pose
 from fieldcam.errors import CalibrationInvalid
 
-LEAST_VIEWS = 8
+MIN_VIEWS = 8
 TURNED_DEG = 12.0
 """Between the two views that are tilted most differently; from less no focal length comes."""
 FLOOR_PX, TIMES_MEDIAN = 0.3, 3.0
 """A view is dropped above both: so many pixels, and so many times what is usual here."""
-MOST_ROUNDS = 10
+MAX_ROUNDS = 10
 ROUGH_PX = 1.5
 """No camera is that far from its views in the middle, unless they contradict each other."""
 DOUBTFUL_PX, GOOD_PX = 0.4, 0.25
@@ -139,7 +139,7 @@ def _fisheye() -> CalibrationInvalid:
 
 def _solve_agreeing(views: Sequence[BoardView], size_px: tuple[int, int]) -> Solution:
     kept = tuple(range(len(views)))
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_ROUNDS):
         camera, judged = _solve_and_judge(views, kept, size_px)
         limit_px = max(FLOOR_PX, TIMES_MEDIAN * median(judged[i].worst_px for i in kept))
         agreeing = tuple(i for i, each in enumerate(judged) if each.worst_px <= limit_px)
@@ -171,15 +171,15 @@ def _check_variety(views: Sequence[BoardView], size_px: tuple[int, int]) -> None
 
 
 def _check_count(agreeing: int, of: int) -> None:
-    if agreeing >= LEAST_VIEWS:
+    if agreeing >= MIN_VIEWS:
         return
-    if of >= LEAST_VIEWS:
+    if of >= MIN_VIEWS:
         raise CalibrationInvalid(
-            f"Only {agreeing} of {of} views agree with each other; {LEAST_VIEWS} are needed.",
+            f"Only {agreeing} of {of} views agree with each other; {MIN_VIEWS} are needed.",
             FLAT_AND_PAIRED,
         )
     raise CalibrationInvalid(
-        f"Both eyes see the board in {of} of the pairs; {LEAST_VIEWS} are needed, 20 are good.",
+        f"Both eyes see the board in {of} of the pairs; {MIN_VIEWS} are needed, 20 are good.",
         "Take more pictures in which both eyes see it.",
     )
 

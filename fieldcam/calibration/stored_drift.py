@@ -9,7 +9,7 @@ from statistics import median
 from fieldcam.calibration.drift import DRIFT_SIZE, size_off, unbiased
 from fieldcam.values import TAG_SIZE_MM, ClusterReading
 
-LEAST_PICTURES = 3
+MIN_PICTURES = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class TagSizes:
     @property
     def drift(self) -> float | None:
         """How far it is off, less the bias; None where too few pictures tell."""
-        if len(self.errors) < LEAST_PICTURES:
+        if len(self.errors) < MIN_PICTURES:
             return None
         return unbiased(median(self.errors))
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import yaml
 
-from fieldcam.foreign.bounds import DEEPEST_YAML, MOST_YAML_PARTS
+from fieldcam.foreign.bounds import DEEPEST_YAML, MAX_YAML_PARTS
 
 LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 """Ten times as fast where PyYAML was built with libyaml."""
@@ -86,7 +86,7 @@ class _Builder:
             return
         holder = self.stack[-1]
         holder.parts += parts
-        if holder.parts > MOST_YAML_PARTS:
+        if holder.parts > MAX_YAML_PARTS:
             raise YamlRefused("has more entries than a calibration may")
         if isinstance(holder.entry, list):
             holder.entry.append(entry)

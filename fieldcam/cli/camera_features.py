@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 ASK_THE_CAMERA = "(ask the camera)"
 """Printed where only registers know."""
 INDENT = "  "
-LEAST_ROOM = 20
+MIN_ROOM = 20
 """Characters for values, however narrow the terminal is."""
 INTEGER_RANGE = [-(2**63), 2**63 - 1]
 LARGEST_SINGLE = 3.4e38
@@ -97,7 +97,7 @@ def feature_lines(
     rows = [["feature", "type", "access", "values"]]
     rows += [[printable(cell) for cell in _row(entry, unknown)] for entry in entries]
     begin = sum(max(len(row[i]) for row in rows) + 2 for i in range(3))
-    room = None if width is None else max(width - begin, LEAST_ROOM)
+    room = None if width is None else max(width - begin, MIN_ROOM)
     return table([line for row in rows for line in _folded(row, room)], "<<<<")
 
 

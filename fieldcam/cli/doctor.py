@@ -27,7 +27,7 @@ from fieldcam.values import Calibration
 if TYPE_CHECKING:
     from fieldcam.camera.usb3vision.devices import AttachedCamera
 
-LEAST_FREE_GB = 2.0
+MIN_FREE_GB = 2.0
 """A day's walk of 70 clusters with retakes, raw, is 0.3 GB."""
 SLOW_S = 1.5
 
@@ -116,7 +116,7 @@ def _data_folder(data: Path) -> Check:
 def _disk(data: Path) -> Check:
     existing = next(folder for folder in (data, *data.parents) if folder.exists())
     free_gb = shutil.disk_usage(existing).free / 1e9
-    health = Health.GOOD if free_gb >= LEAST_FREE_GB else Health.WARNING
+    health = Health.GOOD if free_gb >= MIN_FREE_GB else Health.WARNING
     return Check("disk", health, f"{free_gb:.1f} GB free")
 
 

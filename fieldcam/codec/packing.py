@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fieldcam.foreign.bounds import MOST_PIXELS
+from fieldcam.foreign.bounds import MAX_PIXELS
 from fieldcam.values import BoolMask, FloatMap, Points
 
 DISPARITY_STEPS_PER_PX = 64
@@ -96,14 +96,14 @@ def encode_cloud(cloud_mm: Points) -> str:
 
 def decode_cloud(text: str, points: int) -> Points:
     """(points, 3) float32, mm."""
-    if not 0 <= points <= MOST_PIXELS:
+    if not 0 <= points <= MAX_PIXELS:
         raise ValueError("a cloud has an impossible number of points")
     steps = np.frombuffer(_unpack(text, points * 12), "<i4").reshape(3, points)
     return np.ascontiguousarray(steps.T / CLOUD_STEPS_PER_MM).astype(np.float32)
 
 
 def _checked_pixels(width: int, height: int) -> int:
-    if width < 0 or height < 0 or width * height > MOST_PIXELS:
+    if width < 0 or height < 0 or width * height > MAX_PIXELS:
         raise ValueError("a window has an impossible size")
     return width * height
 

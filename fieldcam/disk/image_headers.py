@@ -12,7 +12,7 @@ import struct
 import zlib
 from dataclasses import dataclass
 
-from fieldcam.foreign.bounds import LONGEST_PNM_HEADER_BYTES, MOST_IMAGE_PARTS, MOST_JPEG_SCANS
+from fieldcam.foreign.bounds import LONGEST_PNM_HEADER_BYTES, MAX_IMAGE_PARTS, MAX_JPEG_SCANS
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 JPEG_SIGNATURE = b"\xff\xd8"
@@ -66,7 +66,7 @@ def _png_header(data: bytes) -> ImageHeader:
     """Walks all chunks, with their checksums, up to the end mark."""
     header = None
     position = len(PNG_SIGNATURE)
-    for _ in range(MOST_IMAGE_PARTS):
+    for _ in range(MAX_IMAGE_PARTS):
         if position + 12 > len(data):
             raise BrokenImage(TRUNCATED)
         (length,) = struct.unpack_from(">I", data, position)
@@ -94,14 +94,14 @@ def _jpeg_header(data: bytes) -> ImageHeader:
     """
     header = None
     position, scans = 2, 0
-    for _ in range(MOST_IMAGE_PARTS):
+    for _ in range(MAX_IMAGE_PARTS):
         position, marker = _next_marker(data, position)
         if marker == END_OF_IMAGE:
             if header is None:
                 raise BrokenImage(DAMAGED)
             return header
         scans += marker == START_OF_SCAN
-        if scans > MOST_JPEG_SCANS:
+        if scans > MAX_JPEG_SCANS:
             break
         if position + 2 > len(data):
             raise BrokenImage(TRUNCATED)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from fieldcam.disk.image_headers import RAW_SUFFIXES
 from fieldcam.values import BoolMask, ImageU8
 
-LEAST_BYTES = 2048
+MIN_BYTES = 2048
 """Four sectors: less than this hides no fruitlet."""
 ABRUPT = 0.25
 """Share of the pixels beside a hole that differ from it; in a picture nearly none do."""
@@ -24,7 +24,7 @@ CUT_ABRUPT = 0.6
 """The same where the hole reaches the image's beginning or end, as the dark may."""
 DIFFERENT = 2
 """Grey levels: more than what a smooth gradient changes from row to row."""
-LEAST_ROWS = 8
+MIN_ROWS = 8
 """Of one content, one after the other."""
 LIVELY = 0.5
 """Share of neighbouring pixels that differ in a picture; in a drawing few do."""
@@ -67,7 +67,7 @@ def _is_torn(path: Path, image: ImageU8) -> bool:
 def _constant_runs(pixels: ImageU8) -> list[tuple[int, int]]:
     """First pixel, and the one behind the last, of each run that is long enough to judge."""
     flat = pixels.reshape(-1, pixels.shape[2])
-    least = max(LEAST_BYTES // pixels.shape[2], 2)
+    least = max(MIN_BYTES // pixels.shape[2], 2)
     # A run that is long enough holds two neighbours of every so many pixels.
     sampled = flat[:: least // 2]
     if not (sampled[1:] == sampled[:-1]).all(axis=1).any():
@@ -112,12 +112,12 @@ def _repeats(rows: npt.NDArray[np.uint8], apart: int) -> bool:
     # Few columns do to see that no two rows are the same.
     few = rows[:, :: max(rows.shape[1] // 64, 1)]
     again = (few[apart:] == few[:-apart]).all(axis=1)
-    if not _longest(again, LEAST_ROWS):
+    if not _longest(again, MIN_ROWS):
         return False
     changed = rows[apart:] != rows[:-apart]
     lively = (rows[:, 1:] != rows[:, :-1]).mean(axis=1) >= LIVELY
     again = ~changed.any(axis=1) & lively[apart:]
-    return _longest(again, LEAST_ROWS) and float(changed.mean()) >= LIVELY
+    return _longest(again, MIN_ROWS) and float(changed.mean()) >= LIVELY
 
 
 def _longest(marked: BoolMask, least: int) -> bool:

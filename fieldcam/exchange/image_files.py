@@ -16,7 +16,7 @@ from fieldcam.disk.image_headers import (
     image_header,
 )
 from fieldcam.errors import ImageUnreadable, PairMismatch
-from fieldcam.foreign.bounds import IMAGE, MOST_PIXELS
+from fieldcam.foreign.bounds import IMAGE, MAX_PIXELS
 from fieldcam.foreign.files import read_foreign
 
 
@@ -83,10 +83,10 @@ def _check_header(name: str, header: ImageHeader) -> None:
             f"{name} has {header.bits} bits per channel.", "Convert it to 8 bits."
         )
     pixels = header.width_px * header.height_px
-    if pixels > MOST_PIXELS:
+    if pixels > MAX_PIXELS:
         raise ImageUnreadable(
             f"{name} has {header.width_px} x {header.height_px} pixels: a picture may have"
-            f" {MOST_PIXELS // 10**6} million.",
+            f" {MAX_PIXELS // 10**6} million.",
             "Make it smaller, or take it with fewer pixels.",
         )
     if pixels == 0:

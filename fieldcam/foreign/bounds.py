@@ -49,41 +49,41 @@ IMAGE = Bound("image", 128 * MIB, ImageUnreadable)
 TABLE = Bound("table", 64 * MIB)
 """The largest that anybody measured has some 10,000 rows."""
 
-MOST_PIXELS = 25_000_000
+MAX_PIXELS = 25_000_000
 """Of one picture; a stereo head's has 1.6 million. Outlining fruit in so many takes 2.4 GB."""
-MOST_IMAGE_PARTS = 100_000
+MAX_IMAGE_PARTS = 100_000
 """Chunks of a PNG, segments of a JPEG; 10,000 are many."""
-MOST_JPEG_SCANS = 100
+MAX_JPEG_SCANS = 100
 """Each is a pass over all pixels; a progressive picture has about ten."""
 LONGEST_PNM_HEADER_BYTES = 4096
 
-MOST_YAML_PARTS = 50_000
+MAX_YAML_PARTS = 50_000
 """Scalars, lists and mappings of a calibration, each use of an alias counted."""
 DEEPEST_YAML = 20
 
-MOST_ELEMENTS = 100_000
+MAX_ELEMENTS = 100_000
 """Of a feature file, structures spelt out; the largest seen has 29,000."""
 DEEPEST_ELEMENTS = 32
-LONGEST_FORMULA, MOST_FORMULA_TEXT = 20_000, 500_000
+LONGEST_FORMULA, MAX_FORMULA_TEXT = 20_000, 500_000
 """Characters, of one and of all; the longest one seen in a camera's file has 2,052."""
-MOST_VISITS = 100_000
+MAX_VISITS = 100_000
 """Of a feature file's nodes, for one answer; the hungriest feature seen takes 1,141."""
-MOST_LISTING_CPU_S = 3.0
+MAX_LISTING_CPU_S = 3.0
 """For a list of all features; a camera's takes half a second."""
 
-MOST_TEXT_BYTES = 16 * MIB
+MAX_TEXT_BYTES = 16 * MIB
 """Of a CSV table."""
-MOST_UNPACKED_BYTES = 64 * MIB
+MAX_UNPACKED_BYTES = 64 * MIB
 """Of all parts of a workbook together."""
-MOST_ROWS = 200_000
+MAX_ROWS = 200_000
 """Of a table, that hold something."""
 LAST_ROW = 1_048_576
 """Of a sheet; spreadsheet programs end there."""
-MOST_CELLS = 2_000_000
+MAX_CELLS = 2_000_000
 """Of a sheet, empty ones before a filled one counted."""
-MOST_SHEETS = 400
+MAX_SHEETS = 400
 """A day of the year each, and a few more."""
-MOST_TITLE_ROWS = 20
+MAX_TITLE_ROWS = 20
 """That may stand above a table's heading."""
-MOST_FRUITS = 30_000
+MAX_FRUITS = 30_000
 """Of a caliper table: 4,000 clusters take seconds, and room grows with their number."""

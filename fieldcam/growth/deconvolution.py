@@ -17,10 +17,10 @@ from fieldcam.growth.noise import SizingNoise
 from fieldcam.values import Floats
 
 EM_STEPS = 15
-FEWEST_RATES, MOST_RATES = 24, 96
+FEWEST_RATES, MAX_RATES = 24, 96
 """Of the grid, whose step else is half the typical error of a rate."""
 _CHUNK = 8
-LEAST_SD_MM = 0.01
+MIN_SD_MM = 0.01
 """Whatever is said of two sizes, their difference is not known better."""
 _LEAST = np.float32(1e-30)
 F32 = npt.NDArray[np.float32]
@@ -31,7 +31,7 @@ def rate_grid(growth: Sequence[Growth], noise: SizingNoise) -> Floats:
     """(G,) true rates that are thought possible, evenly spaced, mm/day."""
     rates = np.array([each.rate_mm_per_day for each in growth])
     sds, shares = _errors(growth, noise)
-    steps = int(np.clip(2.0 * np.ptp(rates) / np.median(sds @ shares), FEWEST_RATES, MOST_RATES))
+    steps = int(np.clip(2.0 * np.ptp(rates) / np.median(sds @ shares), FEWEST_RATES, MAX_RATES))
     return np.linspace(rates.min(), rates.max(), steps)
 
 
@@ -56,7 +56,7 @@ def _errors(growth: Sequence[Growth], noise: SizingNoise) -> tuple[Floats, Float
     after = noise.of(np.array([each.end_mm for each in growth]))
     fitted = np.hypot(before[:, :, None], after[:, None, :]).reshape(len(growth), -1)
     own = np.array([[np.nan if each.sd_mm is None else each.sd_mm] for each in growth])
-    sds = np.where(np.isnan(own), fitted, np.maximum(own, LEAST_SD_MM))
+    sds = np.where(np.isnan(own), fitted, np.maximum(own, MIN_SD_MM))
     days = np.array([[each.days] for each in growth])
     return sds / days, np.outer(shares, shares).ravel()
 

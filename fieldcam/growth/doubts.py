@@ -12,7 +12,7 @@ from fieldcam.growth.records import FruitletRecord, Sighting, SizeSource
 
 SURE = 0.9
 """Matches below this certainty are doubtful: marked, and no part of the reference."""
-MOST_MM_PER_DAY = 2.5
+MAX_MM_PER_DAY = 2.5
 """No fruitlet grows faster: one of its two sizes is wrong, or they are of two fruitlets."""
 SHRUNK_SD = 3.0
 """No fruitlet shrinks: one that seems to by so many standard deviations of what it grew has a
@@ -37,7 +37,7 @@ def is_doubtful(seen: Sighting) -> bool:
 
 def growth_doubt(growth: Growth, noise: SizingNoise) -> Doubt | None:
     """What its two sizes say against it; `noise` is that of sizes which do not say their own."""
-    if growth.rate_mm_per_day > MOST_MM_PER_DAY:
+    if growth.rate_mm_per_day > MAX_MM_PER_DAY:
         return Doubt.GROWTH
     sd_mm = growth.sd_mm or noise.growth_sd_mm(growth.start_mm, growth.end_mm)
     return Doubt.SHRUNK if growth.grown_mm < -SHRUNK_SD * sd_mm else None

@@ -16,7 +16,7 @@ from statistics import median
 import numpy as np
 
 from fieldcam.errors import BadInput
-from fieldcam.growth.doubts import MOST_MM_PER_DAY, Doubt
+from fieldcam.growth.doubts import MAX_MM_PER_DAY, Doubt
 from fieldcam.growth.following import FollowedFruitlet, follow, growth_of_sure
 from fieldcam.growth.grown import Growth
 from fieldcam.growth.noise import NOISE
@@ -234,7 +234,7 @@ def _why_none(
     if any(Doubt.GROWTH in each.doubts for each in followed):
         return (
             f"All fruitlets of block {block.name} that have a size both on {start} and on {end}"
-            f" grew more than {MOST_MM_PER_DAY} mm/day. Are the sizes in mm, and the dates right?"
+            f" grew more than {MAX_MM_PER_DAY} mm/day. Are the sizes in mm, and the dates right?"
         )
     fallen = sum(each.fallen for each in followed)
     all_fell = f"all {fallen} have fallen"

@@ -11,7 +11,7 @@ from fieldcam.growth.records import Presence, SizeSource
 from fieldcam.growth.visits import BlockVisit, visits_of
 from fieldcam.words import number_of
 
-MOST_SHRUNK_MM = 1.0
+MAX_SHRUNK_MM = 1.0
 """Of a cluster's median fruitlet: more than any measuring error."""
 FEWEST = 2
 """Fruitlets of a cluster that say more together than one by itself."""
@@ -123,7 +123,7 @@ def _are_others(fruitlets: Sequence[FruitletForecast]) -> bool:
     grown_mm = [each.growth.grown_mm for each in fruitlets if each.growth is not None]
     shrunk = sum(Doubt.SHRUNK in each.doubts for each in fruitlets)
     half = max(FEWEST, len(grown_mm) / 2)
-    return shrunk >= half or bool(grown_mm and median(grown_mm) < -MOST_SHRUNK_MM)
+    return shrunk >= half or bool(grown_mm and median(grown_mm) < -MAX_SHRUNK_MM)
 
 
 def _emptied(found: Forecast) -> list[int]:

@@ -10,9 +10,9 @@ from fieldcam.errors import BadInput
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, Sighting
 from fieldcam.words import number_of
 
-LEAST_DAYS = 3
+MIN_DAYS = 3
 """Shorter intervals lie inside what calipers themselves scatter (paper, Data Collection)."""
-MOST_REPEATED = 0.5
+MAX_REPEATED = 0.5
 """Share of clusters that may be taken again the day after without making it a new visit."""
 
 
@@ -62,16 +62,16 @@ def visits_of(block: BlockRecord) -> tuple[BlockVisit, ...]:
 def _continues(visit: BlockVisit, day: date, clusters: frozenset[int]) -> bool:
     again = len(clusters & visit.clusters)
     fewer = min(len(clusters), len(visit.clusters))
-    return day - visit.days[-1] == timedelta(days=1) and again < MOST_REPEATED * max(fewer, 1)
+    return day - visit.days[-1] == timedelta(days=1) and again < MAX_REPEATED * max(fewer, 1)
 
 
 def intervals(visits: Sequence[BlockVisit]) -> Iterator[tuple[BlockVisit, BlockVisit]]:
     """For each visit after the first: the one that it is best compared with, and itself.
 
-    That is the latest at least LEAST_DAYS before it, else the one just before it.
+    That is the latest at least MIN_DAYS before it, else the one just before it.
     """
     for place, end in enumerate(visits[1:], start=1):
-        long_ago = [v for v in visits[:place] if (end.first - v.first).days >= LEAST_DAYS]
+        long_ago = [v for v in visits[:place] if (end.first - v.first).days >= MIN_DAYS]
         yield (long_ago or [visits[place - 1]])[-1], end
 
 
@@ -132,8 +132,8 @@ def _pictures_of(clusters: Mapping[date, int], how: str) -> str:
 
 def _still_to_do(visits: Sequence[BlockVisit]) -> str:
     if visits:
-        return f"again at least {LEAST_DAYS} days later"
-    return f"twice, at least {LEAST_DAYS} days apart"
+        return f"again at least {MIN_DAYS} days later"
+    return f"twice, at least {MIN_DAYS} days apart"
 
 
 def _counted(visits: Sequence[BlockVisit]) -> str:

@@ -8,7 +8,7 @@ from datetime import date
 from statistics import mean
 
 from fieldcam.growth.date_warnings import doubtful_dates
-from fieldcam.growth.doubts import MOST_MM_PER_DAY, SURE, Doubt
+from fieldcam.growth.doubts import MAX_MM_PER_DAY, SURE, Doubt
 from fieldcam.growth.forecast import Forecast, FruitletState
 from fieldcam.growth.records import FruitletRecord, SizeSource
 from fieldcam.growth.reference import FASTEST
@@ -20,15 +20,15 @@ from fieldcam.growth.tag_warnings import (
     other_clusters,
     tags_changed,
 )
-from fieldcam.growth.visits import LEAST_DAYS, undecided_pictures, unread_pictures, visits_of
+from fieldcam.growth.visits import MIN_DAYS, undecided_pictures, unread_pictures, visits_of
 from fieldcam.words import number_of
 
-LEAST_START_MM = 6.0
-LEAST_DAYS_AFTER_SPRAY = 9
+MIN_START_MM = 6.0
+MIN_DAYS_AFTER_SPRAY = 9
 FEWEST_CLUSTERS = 50
-MOST_NOT_SEEN = 0.1
+MAX_NOT_SEEN = 0.1
 REFERENCE_MM_PER_DAY = (0.3, 1.5)
-MOST_APART_POINTS = 3.0
+MAX_APART_POINTS = 3.0
 Check = Callable[[Forecast], str | None]
 
 
@@ -70,21 +70,21 @@ def _warnings(
 
 
 def _short_interval(found: Forecast) -> str | None:
-    if found.days >= LEAST_DAYS:
+    if found.days >= MIN_DAYS:
         return None
     return (
         f"The two visits are {number_of(round(found.days), 'day')} apart; growth over less than"
-        f" {LEAST_DAYS} days lies inside the measuring errors."
+        f" {MIN_DAYS} days lies inside the measuring errors."
     )
 
 
 def _small_fruit(found: Forecast) -> str | None:
     start_mm = mean(each.growth.start_mm for each in found.fruitlets if each.growth is not None)
-    if start_mm >= LEAST_START_MM:
+    if start_mm >= MIN_START_MM:
         return None
     return (
         f"The fruitlets measured {start_mm:.1f} mm on average at the first of the two visits;"
-        f" below {LEAST_START_MM:.0f} mm it is too early."
+        f" below {MIN_START_MM:.0f} mm it is too early."
     )
 
 
@@ -109,11 +109,11 @@ def _few_fruitlets(found: Forecast) -> str | None:
 
 def _many_not_seen(found: Forecast) -> str | None:
     counts = found.counts
-    if counts.not_seen <= MOST_NOT_SEEN * counts.initial:
+    if counts.not_seen <= MAX_NOT_SEEN * counts.initial:
         return None
     return (
         f"Left out for want of a size on one of the two visits: {counts.not_seen} of"
-        f" {number_of(counts.initial, 'fruitlet')}; more than {MOST_NOT_SEEN:.0%} make the forecast"
+        f" {number_of(counts.initial, 'fruitlet')}; more than {MAX_NOT_SEEN:.0%} make the forecast"
         " doubtful."
     )
 
@@ -187,7 +187,7 @@ def _odd_growth(found: Forecast) -> str | None:
         for odd, did, counted in (
             (
                 _doubted(found, Doubt.GROWTH, FruitletState.IGNORED),
-                f"grew more than {MOST_MM_PER_DAY} mm/day",
+                f"grew more than {MAX_MM_PER_DAY} mm/day",
                 "left out, since a size must be wrong",
             ),
             (
@@ -241,11 +241,11 @@ def _soon_after_spray(found: Forecast, sprays: Sequence[SprayDay]) -> str | None
     if spray is None:
         return None
     since = (found.end.first - spray.sprayed_on).days
-    if since >= LEAST_DAYS_AFTER_SPRAY:
+    if since >= MIN_DAYS_AFTER_SPRAY:
         return None
     return (
         f"The last spray was {number_of(since, 'day')} before the second visit; its effect shows"
-        f" after about {LEAST_DAYS_AFTER_SPRAY} days."
+        f" after about {MIN_DAYS_AFTER_SPRAY} days."
     )
 
 
@@ -261,7 +261,7 @@ def _sprayed_since(found: Forecast, sprays: Sequence[SprayDay]) -> str | None:
 
 def _apart(found: Forecast, other: Forecast) -> str | None:
     apart = abs(found.set_pct - other.set_pct)
-    if apart <= MOST_APART_POINTS:
+    if apart <= MAX_APART_POINTS:
         return None
     return (
         f"Matched by size order alone, {other.set_pct:.1f} % would stay,"

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE_IN = (5.4, 2.8)
-LEAST_TICK_SHARE = 0.1
+MIN_TICK_SHARE = 0.1
 """Of a date axis, between two labels."""
 _BARS = {
     "stays": ((FruitletState.PERSIST,), GOOD, ""),
@@ -29,7 +29,7 @@ _BARS = {
     "not counted": ((FruitletState.NEW, FruitletState.IGNORED), QUIET, "..."),
 }
 """By the words of the legend: states, colour, and a pattern for grey prints."""
-_FEWEST_BINS, _MOST_BINS = 8, 40
+_FEWEST_BINS, _MAX_BINS = 8, 40
 
 
 def trend_plot(
@@ -131,7 +131,7 @@ def _mark_target(axes: Axes, plan: CropPlan | None) -> None:
 def _date_axis(axes: Axes, first: date, days: Sequence[date]) -> None:
     """Ticks are the visits, the newest first where they would run into each other."""
     shown = sorted({first, *days})
-    room = (shown[-1] - shown[0]).days * LEAST_TICK_SHARE
+    room = (shown[-1] - shown[0]).days * MIN_TICK_SHARE
     named: list[date] = []
     for day in reversed(shown):
         if not named or (named[-1] - day).days >= room:
@@ -155,7 +155,7 @@ def bin_edges(rates: Floats, cutoff: float) -> Floats:
     low, high = float(rates.min()), float(rates.max())
     span = max(high, cutoff) - min(low, cutoff) or 1.0
     wanted = len(np.histogram_bin_edges(rates, "fd")) - 1
-    width = span / int(np.clip(wanted, _FEWEST_BINS, _MOST_BINS))
+    width = span / int(np.clip(wanted, _FEWEST_BINS, _MAX_BINS))
     below = int(np.ceil((cutoff - min(low, cutoff)) / width))
     above = int(np.ceil((max(high, cutoff) - cutoff) / width)) + 1
     return np.asarray(cutoff + width * np.arange(-below, above + 1))

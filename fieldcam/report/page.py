@@ -11,7 +11,7 @@ from importlib.resources import files
 STYLE = files("fieldcam.report") / "report.css"
 SIMULATED = "Simulated data"
 _ON_EVERY_SHEET = f'@page {{ @top-center {{ content: "{SIMULATED}"; }} }}\n'
-MOST_NARROW_COLUMNS = 3
+MAX_NARROW_COLUMNS = 3
 """That fit on the screen of a phone."""
 _LONG = ('<div class="wide', "<ul")
 ALIGNMENTS = {"<": "", ">": ' class="number"'}
@@ -78,7 +78,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], alignment: str) ->
     columns = [_Column(name, ALIGNMENTS[side]) for name, side in zip(head, alignment, strict=True)]
     titles = "".join(f'<th scope="col"{each.of}>{escaped(each.name)}</th>' for each in columns)
     body = "\n".join(_row(row, columns) for row in rows)
-    kind = "wide folding" if len(columns) > MOST_NARROW_COLUMNS else "wide"
+    kind = "wide folding" if len(columns) > MAX_NARROW_COLUMNS else "wide"
     return Html(
         f'<div class="{kind}"><table>\n<thead><tr>{titles}</tr></thead>\n'
         f"<tbody>\n{body}\n</tbody>\n</table></div>"

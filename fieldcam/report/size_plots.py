@@ -23,9 +23,9 @@ Sets = Mapping[str, Sequence[SizePair]]
 """Pairs of sizes by the name of what they are of: a block, or a set of a study."""
 PAGE_IN = 5.4
 """Width of a plot over the whole page."""
-LEAST_REACH_MM = 0.5
+MIN_REACH_MM = 0.5
 """Differences are shown from so much below to so much above their middle, or more."""
-MOST_PANELS = 3
+MAX_PANELS = 3
 """Beside each other."""
 _LINES = {"camera": (CAMERA, "-"), "calipers": (CALIPERS, "--")}
 """Colour and dash."""
@@ -68,7 +68,7 @@ def line_fits(pairs: Sequence[SizePair]) -> Html:
             _fit(axes, [p for p in pairs if p.day == day])
             axes.set_title(_day(day))
 
-    rows = -(-len(days) // MOST_PANELS) or 1
+    rows = -(-len(days) // MAX_PANELS) or 1
     return drawn((PAGE_IN, 2.5 * rows), draw, "Camera over calipers by day")
 
 
@@ -94,7 +94,7 @@ def bland_altman(pairs: Sequence[SizePair]) -> Html:
             for at in found.limits_mm:
                 axes.axhline(at, color=QUIET, linestyle="--", linewidth=1.2)
         middle, reach = np.mean(axes.get_ylim()), np.ptp(axes.get_ylim()) / 2
-        axes.set_ylim(*(middle + max(float(reach), LEAST_REACH_MM) * np.array([-1, 1])))
+        axes.set_ylim(*(middle + max(float(reach), MIN_REACH_MM) * np.array([-1, 1])))
         axes.set_title(title, loc="right")
         axes.set_xlabel("mean of camera and calipers (mm)")
         axes.set_ylabel("camera less calipers (mm)")
@@ -104,7 +104,7 @@ def bland_altman(pairs: Sequence[SizePair]) -> Html:
 
 
 def _panels(figure: Figure, count: int) -> list[Axes]:
-    columns = min(count, MOST_PANELS) or 1
+    columns = min(count, MAX_PANELS) or 1
     grid = figure.subplots(-(-count // columns) or 1, columns, squeeze=False)
     panels = list(grid.flat)
     for axes in panels[count:]:
@@ -123,7 +123,7 @@ def _name_colours(figure: Figure) -> None:
 
 
 def _panels_in(count: int) -> tuple[float, float]:
-    rows = -(-count // MOST_PANELS) or 1
+    rows = -(-count // MAX_PANELS) or 1
     return (4.8, 3.4) if count <= 1 else (PAGE_IN, 0.3 + 2.7 * rows)
 
 

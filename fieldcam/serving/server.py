@@ -23,7 +23,7 @@ PAGES = files("fieldcam.serving") / "pages"
 STATIC = Path(textual_serve.__file__).parent / "static"
 PASS = "fieldcam-pass"
 A_DAY_S = 86_400
-MOST_SCREENS = 4
+MAX_SCREENS = 4
 """Browsers at a time, since each has a process."""
 ALIVE_S = 15.0
 """How often a browser is asked whether it is still there."""
@@ -106,7 +106,7 @@ class PhoneServer:
         return answer
 
     async def _screen(self, request: web.Request) -> web.StreamResponse:
-        if len(self._open) >= MOST_SCREENS:
+        if len(self._open) >= MAX_SCREENS:
             return web.Response(status=503, text="Too many browsers are open.")
         socket = web.WebSocketResponse(heartbeat=ALIVE_S, max_msg_size=LONGEST_MESSAGE_BYTES)
         await socket.prepare(request)

@@ -20,7 +20,7 @@ from fieldcam.store.rows.row import EntryId
 from fieldcam.store.rows.walk import SEALED_COLUMNS, seal
 
 WHY = "it was damaged"
-_MOST_NAMED = 5
+_MAX_NAMED = 5
 # Damage may have made a text what is none, which SQLite would refuse to give as such.
 _COLUMNS = ", ".join(
     f"CASE typeof({name}) WHEN 'text' THEN CAST({name} AS BLOB) ELSE {name} END AS {name}"
@@ -56,8 +56,8 @@ def damage_sentence(found: Sequence[DamagedReading]) -> str:
     """What was left out; empty where nothing was."""
     if not found:
         return ""
-    named = "; ".join(each.picture for each in found[:_MOST_NAMED])
-    more = f"; and {len(found) - _MOST_NAMED} more" if len(found) > _MOST_NAMED else ""
+    named = "; ".join(each.picture for each in found[:_MAX_NAMED])
+    more = f"; and {len(found) - _MAX_NAMED} more" if len(found) > _MAX_NAMED else ""
     return f"Damaged readings were left out: {named}{more}."
 
 

@@ -19,7 +19,7 @@ Choice = TypeVar("Choice", bound=StrEnum)
 Found = TypeVar("Found")
 
 
-MOST_LISTED = 20
+MAX_LISTED = 20
 
 
 class Scope(Protocol):
@@ -239,5 +239,5 @@ def listed(values: Sequence[object]) -> str:
     """Allowed values, as a message names them."""
     if not values:
         return "nothing now"
-    more = f" and {len(values) - MOST_LISTED} more" if len(values) > MOST_LISTED else ""
-    return ", ".join(str(value) for value in values[:MOST_LISTED]) + more
+    more = f" and {len(values) - MAX_LISTED} more" if len(values) > MAX_LISTED else ""
+    return ", ".join(str(value) for value in values[:MAX_LISTED]) + more

@@ -15,7 +15,7 @@ from fieldcam.camera.genapi.unpacking import ASK_THE_MAKER, STARTS, unzipped_xml
 from fieldcam.camera.genapi.xml_text import xml_text
 from fieldcam.camera.genapi.xml_tree import parsed
 from fieldcam.errors import FeatureFileInvalid
-from fieldcam.foreign.bounds import FEATURES, MIB, MOST_ELEMENTS
+from fieldcam.foreign.bounds import FEATURES, MAX_ELEMENTS, MIB
 
 _NOT_ENTRIES = ("StructEntry", "Extension", "ToolTip", "Description", "DisplayName")
 """Children of a StructReg that its entries do not take over."""
@@ -86,7 +86,7 @@ def _entries(structure: Element) -> Iterator[Element]:
     """A structure's entries as registers of their own, with what they share filled in."""
     shared = [child for child in structure.children if child.tag not in _NOT_ENTRIES]
     entries = list(structure.all("StructEntry"))
-    if len(entries) * len(shared) > MOST_ELEMENTS:
+    if len(entries) * len(shared) > MAX_ELEMENTS:
         raise FeatureFileInvalid(
             f"The feature file's structure {structure.name or 'without a name'} is too large."
         )

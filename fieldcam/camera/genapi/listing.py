@@ -26,7 +26,7 @@ from fieldcam.camera.genapi.node_map import NodeMap
 from fieldcam.camera.genapi.number_features import FloatFeature, IntegerFeature
 from fieldcam.camera.genapi.registers import NotConnected
 from fieldcam.errors import CameraRefused, FeatureFileInvalid, FeatureRefused
-from fieldcam.foreign.bounds import MOST_LISTING_CPU_S
+from fieldcam.foreign.bounds import MAX_LISTING_CPU_S
 
 Entry = dict[str, Any]
 Found = TypeVar("Found")
@@ -60,7 +60,7 @@ def present_entries(features: NodeMap) -> Iterator[Entry]:
 def _entries(root: CategoryFeature, state: Callable[[Feature], Entry]) -> Iterator[Entry]:
     told = {root.name}
     yield from _absent(0, root)
-    ends_s = time.process_time() + MOST_LISTING_CPU_S
+    ends_s = time.process_time() + MAX_LISTING_CPU_S
     for depth, feature in root.walk():
         yield _entry(depth, feature, state if time.process_time() < ends_s else _not_asked)
         if isinstance(feature, CategoryFeature) and feature.name not in told:

@@ -17,7 +17,7 @@ from fieldcam.foreign.bounds import FEATURES
 
 FILE_START, LIST_START, EMPTY_START = b"PK\x03\x04", b"PK\x01\x02", b"PK\x05\x06"
 STARTS = (FILE_START, EMPTY_START)
-MOST_MEMBERS, MOST_TRIED = 64, 4
+MAX_MEMBERS, MAX_TRIED = 64, 4
 ROOT = b"RegisterDescription"
 _HEADER = struct.Struct("<4xHHHHHIIIHH")
 _ENCRYPTED, _SIZES_BEHIND = 1, 8
@@ -57,14 +57,14 @@ def unzipped_xml(data: bytes) -> bytes:
     members = [member for member in _members(data) if not member.is_folder]
     if not members:
         raise FeatureFileInvalid("The zip holds no file.", ASK_THE_MAKER)
-    named = [member for member in members if member.is_xml][:MOST_TRIED] or members[:1]
+    named = [member for member in members if member.is_xml][:MAX_TRIED] or members[:1]
     found = [_unpacked(member) for member in named]
     return next((content for content in found if ROOT in content), found[0])
 
 
 def _members(data: bytes) -> Iterator[_Member]:
     position = 0
-    for _ in range(MOST_MEMBERS):
+    for _ in range(MAX_MEMBERS):
         if not data.startswith(FILE_START, position):
             return
         if position + _HEADER.size > len(data):

@@ -8,7 +8,7 @@ from typing import TypeVar, cast
 
 from fieldcam.camera.genapi.access import Access
 from fieldcam.errors import CameraRefused, FeatureFileInvalid
-from fieldcam.foreign.bounds import MOST_VISITS
+from fieldcam.foreign.bounds import MAX_VISITS
 
 Found = TypeVar("Found")
 
@@ -90,7 +90,7 @@ class Visits:
 
     def _spend(self, node: str, visits: int) -> None:
         self._spent += visits
-        if self._spent > MOST_VISITS:
+        if self._spent > MAX_VISITS:
             raise _too_deep(node)
 
 

@@ -8,7 +8,7 @@ from fieldcam.camera.genapi.elements import Element
 from fieldcam.camera.genapi.unpacking import ASK_THE_MAKER
 from fieldcam.camera.genapi.xml_text import with_ampersands_escaped
 from fieldcam.errors import FeatureFileInvalid
-from fieldcam.foreign.bounds import DEEPEST_ELEMENTS, MOST_ELEMENTS, MOST_FORMULA_TEXT
+from fieldcam.foreign.bounds import DEEPEST_ELEMENTS, MAX_ELEMENTS, MAX_FORMULA_TEXT
 
 FORMULAS = ("Formula", "Expression")
 """How the names of elements begin that hold one."""
@@ -62,7 +62,7 @@ class _Tree:
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self._elements += 1
-        if self._elements > MOST_ELEMENTS or len(self._open) >= DEEPEST_ELEMENTS:
+        if self._elements > MAX_ELEMENTS or len(self._open) >= DEEPEST_ELEMENTS:
             raise FeatureFileInvalid("The feature file has too many elements, or nests too deep.")
         element = Element(tag.rpartition(":")[2], attributes)
         if self._open:
@@ -76,7 +76,7 @@ class _Tree:
         element.text = "".join(pieces).strip()
         if element.tag.startswith(FORMULAS):
             self._formula_text += len(element.text)
-            if self._formula_text > MOST_FORMULA_TEXT:
+            if self._formula_text > MAX_FORMULA_TEXT:
                 raise FeatureFileInvalid("The feature file's formulas are too long.")
 
     def _text(self, text: str) -> None:

@@ -38,7 +38,7 @@ POWER_LOST_S = 0.25
 """A camera that is found gone within this time of its flash, and the exposure, was most
 likely starved by it, or by charging it again. The other eye takes SLICE_S of it to give
 up, and a machine whose analysis is under way some more."""
-MOST_EYES = 2
+MAX_EYES = 2
 
 log = logging.getLogger(__name__)
 
@@ -75,7 +75,7 @@ class UsbStereoHead:
         self._streaming, self._light, self._flashed_s = False, Lighting.FLASH, float("-inf")
         self._triggers = 0
         self._watch: ShutterWatch | None = None
-        self._pool = ThreadPoolExecutor(MOST_EYES, thread_name_prefix="eye")
+        self._pool = ThreadPoolExecutor(MAX_EYES, thread_name_prefix="eye")
         self._rest = Rest(settings.rest_after_s, self._lie_down)
         self._log_condition("opened")
 

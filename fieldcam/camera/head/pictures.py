@@ -16,7 +16,7 @@ LIT = 1.5
 GREY = 90.0
 """Mean grey value that the preview is steered to."""
 LONGEST_PREVIEW_US, SHORTEST_PREVIEW_US = 50_000.0, 20.0
-_MOST_STEP = 8.0
+_MAX_STEP = 8.0
 _STRIDE = 8
 
 
@@ -40,7 +40,7 @@ def flash_fired(mean: float, ambient: float | None) -> bool:
 
 def next_exposure_us(exposure_us: float, mean: float) -> float:
     """What brings the preview to GREY; the same where it is near it."""
-    change = min(max(GREY / max(mean, 1.0), 1 / _MOST_STEP), _MOST_STEP)
+    change = min(max(GREY / max(mean, 1.0), 1 / _MAX_STEP), _MAX_STEP)
     if 0.7 < change < 1.4:
         return exposure_us
     return min(max(exposure_us * change, SHORTEST_PREVIEW_US), LONGEST_PREVIEW_US)

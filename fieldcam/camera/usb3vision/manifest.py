@@ -10,7 +10,7 @@ from fieldcam.camera.genapi.registers import Registers
 from fieldcam.camera.usb3vision.bootstrap import Abrm, read_u64
 from fieldcam.errors import CameraUnsupported
 
-MOST_ENTRIES = 64
+MAX_ENTRIES = 64
 """Real cameras have one to three."""
 
 _ENTRY = struct.Struct("<HBB I Q Q 20s 20x")
@@ -60,7 +60,7 @@ def parse_entry(content: bytes) -> ManifestEntry:
 def read_manifest(registers: Registers, abrm: Abrm) -> tuple[ManifestEntry, ...]:
     """All description files of the camera, at least one."""
     count = read_u64(registers, abrm.manifest_address)
-    if not 1 <= count <= MOST_ENTRIES:
+    if not 1 <= count <= MAX_ENTRIES:
         raise CameraUnsupported(f"The camera says that it has {count} description files.")
     first = abrm.manifest_address + 8
     return tuple(

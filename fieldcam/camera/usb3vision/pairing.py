@@ -15,7 +15,7 @@ from fieldcam.camera.usb3vision.clocks import DeviceClock
 from fieldcam.errors import CameraUnsupported, PairMismatch
 from fieldcam.values import ImageU8, PixelFormat, RawPair
 
-MOST_WAITING = 4
+MAX_WAITING = 4
 """Images of one eye whose other half has not come; more of them are never paired."""
 
 
@@ -84,7 +84,7 @@ class TwinPairing:
             if order == 0:
                 return EyePair(left.popleft(), right.popleft())
             self._drop(left if order < 0 else right)
-        if len(self._waiting[eye]) > MOST_WAITING:
+        if len(self._waiting[eye]) > MAX_WAITING:
             self._drop(self._waiting[eye])
         return None
 

@@ -42,7 +42,7 @@ POOL_FRAMES = 4
 """One being filled, one or two being saved, one looked at."""
 MID_FRAME_S = 0.5
 """The longest silence inside a frame; a deadline does not cut a frame off before it."""
-MOST_FAULTS = 6
+MAX_FAULTS = 6
 """In a row, before the fault is the caller's."""
 _QUIET_S = 0.01
 _LONGEST_DRAIN_S = 0.5
@@ -145,7 +145,7 @@ class ImageStream:
     def _recover(self, fault: TransferFault) -> None:
         """After a bus error nothing is cleared: that can end in timeouts for good (aravis 301)."""
         self._faults += 1
-        if self._faults > MOST_FAULTS:
+        if self._faults > MAX_FAULTS:
             raise fault
         if isinstance(fault, LinkFault):
             # An unplugged camera first shows as a bus error; its registers tell.

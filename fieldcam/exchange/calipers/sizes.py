@@ -14,11 +14,11 @@ from fieldcam.exchange.calipers.shapes import CaliperCell, SaidCell
 from fieldcam.exchange.tables.dates import Calendar
 from fieldcam.exchange.tables.sheets import too_large
 from fieldcam.exchange.tables.trees import tree_names
-from fieldcam.foreign.bounds import MOST_FRUITS
+from fieldcam.foreign.bounds import MAX_FRUITS
 from fieldcam.growth.records import Presence, SizeSource
 
 SIZES_MM = (1.0, 100.0)
-LEAST_MEDIAN_MM = 3.5
+MIN_MEDIAN_MM = 3.5
 """Of a day: below it the sizes are most likely in centimetres."""
 
 
@@ -105,8 +105,8 @@ def check_sizes(name: str, sizes: Sequence[FruitOnDay]) -> None:
     known = [each for each in sizes if each.diameter_mm is not None]
     if not known:
         raise BadInput(f"{name} holds no sizes.")
-    if len({(each.tree, each.cluster, each.fruit) for each in sizes}) > MOST_FRUITS:
-        raise too_large(name, f"more than {MOST_FRUITS:,} fruits")
+    if len({(each.tree, each.cluster, each.fruit) for each in sizes}) > MAX_FRUITS:
+        raise too_large(name, f"more than {MAX_FRUITS:,} fruits")
     _check_millimetres(name, known)
     _check_fallen(sizes)
     low, high = SIZES_MM
@@ -121,7 +121,7 @@ def _check_millimetres(name: str, sizes: Sequence[FruitOnDay]) -> None:
     for each in sizes:
         by_day.setdefault(each.day, []).append(each.diameter_mm or 0.0)
     for day, diameters_mm in sorted(by_day.items()):
-        if (middle := median(diameters_mm)) < LEAST_MEDIAN_MM:
+        if (middle := median(diameters_mm)) < MIN_MEDIAN_MM:
             raise BadInput(
                 f"{name}: the sizes of {day} are {middle:.2g} in the middle; are they in"
                 " centimetres?",

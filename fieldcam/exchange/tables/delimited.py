@@ -11,7 +11,7 @@ from statistics import median
 from fieldcam.errors import BadInput
 from fieldcam.exchange.tables.sheets import Sheet, filled_rows, too_large
 from fieldcam.exchange.tables.written import as_named
-from fieldcam.foreign.bounds import MOST_TEXT_BYTES, MOST_TITLE_ROWS
+from fieldcam.foreign.bounds import MAX_TEXT_BYTES, MAX_TITLE_ROWS
 
 _SEPARATORS = ";\t,|"
 _SAID = re.compile(r"\"?sep=(.)\"?[;,\t]*", re.IGNORECASE)
@@ -21,8 +21,8 @@ _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 def csv_sheet(name: str, data: bytes) -> Sheet:
     """Raises BadInput for what is no text, and for a line that is none of a table."""
-    if len(data) > MOST_TEXT_BYTES:
-        raise too_large(name, f"more than {MOST_TEXT_BYTES >> 20} MB of text")
+    if len(data) > MAX_TEXT_BYTES:
+        raise too_large(name, f"more than {MAX_TEXT_BYTES >> 20} MB of text")
     lines = _text(name, data).splitlines()
     said = _SAID.fullmatch(lines[0].strip()) if lines else None
     separator = said[1] if said else _separator(lines)
@@ -44,7 +44,7 @@ def _rows(
 
 def _separator(lines: Sequence[str]) -> str:
     """The one that most of the first lines have most of; a title has few of the right one."""
-    first = [line for line in lines if line.strip()][:MOST_TITLE_ROWS]
+    first = [line for line in lines if line.strip()][:MAX_TITLE_ROWS]
     if not first:
         return ","
     return max(_SEPARATORS, key=lambda each: median(line.count(each) for line in first))

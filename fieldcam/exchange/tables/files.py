@@ -11,7 +11,7 @@ from fieldcam.exchange.tables.delimited import csv_sheet
 from fieldcam.exchange.tables.opendocument import opendocument_sheets
 from fieldcam.exchange.tables.sheets import Sheet, too_large
 from fieldcam.exchange.tables.workbook import workbook_sheets
-from fieldcam.foreign.bounds import MOST_UNPACKED_BYTES, TABLE
+from fieldcam.foreign.bounds import MAX_UNPACKED_BYTES, TABLE
 from fieldcam.foreign.files import read_foreign
 from fieldcam.words import spelled_out
 
@@ -42,8 +42,8 @@ def _zipped(name: str, data: bytes) -> list[Sheet]:
             parts = archive.infolist()
     except (BadZipFile, ValueError, NotImplementedError) as error:
         raise BadInput(f"{name} is no workbook that can be read.", _AS_WHAT) from error
-    if sum(part.file_size for part in parts) > MOST_UNPACKED_BYTES:
-        raise too_large(name, f"more than {MOST_UNPACKED_BYTES >> 20} MB")
+    if sum(part.file_size for part in parts) > MAX_UNPACKED_BYTES:
+        raise too_large(name, f"more than {MAX_UNPACKED_BYTES >> 20} MB")
     names = {part.filename for part in parts}
     if "content.xml" in names:
         return opendocument_sheets(name, data)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from fieldcam.errors import BadInput
 from fieldcam.exchange.tables.dates import is_day
 from fieldcam.exchange.tables.sheets import Sheet, SheetRow
-from fieldcam.foreign.bounds import MOST_TITLE_ROWS
+from fieldcam.foreign.bounds import MAX_TITLE_ROWS
 
 _UNIT = re.compile(r"[(\[]?(mm|cm)[)\]]?")
 _UNIT_BEHIND = re.compile(r"(?:[._, ]*[(\[]|[., ]+)(mm|cm)[)\]]?$")
@@ -99,7 +99,7 @@ def _column_name(cell: str) -> str:
 
 def _candidates(rows: Sequence[SheetRow]) -> Iterator[tuple[int, int, list[str]]]:
     """Where a heading may begin, how many rows it has, and its names."""
-    for place, row in enumerate(rows[: MOST_TITLE_ROWS + 1]):
+    for place, row in enumerate(rows[: MAX_TITLE_ROWS + 1]):
         if place + 1 < len(rows) and (names := _joined(row.cells, rows[place + 1].cells)):
             yield place, 2, names
         yield place, 1, column_names(row.cells)

@@ -10,7 +10,7 @@ from zipfile import ZipFile
 from fieldcam.errors import BadInput
 from fieldcam.exchange.tables.sheets import Sheet, filled_rows, too_large
 from fieldcam.exchange.tables.workbook import DAMAGED
-from fieldcam.foreign.bounds import MOST_CELLS, MOST_ROWS, MOST_SHEETS
+from fieldcam.foreign.bounds import MAX_CELLS, MAX_ROWS, MAX_SHEETS
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -36,8 +36,8 @@ def _sheets(name: str, content: IO[bytes]) -> Iterator[Sheet]:
     read: list[_Rows] = []
     for event, element in iterparse(content, ("start", "end"), forbid_dtd=True):
         if event == "start" and element.tag == f"{_TABLE}table":
-            if len(read) == MOST_SHEETS:
-                raise too_large(name, f"more than {MOST_SHEETS} sheets")
+            if len(read) == MAX_SHEETS:
+                raise too_large(name, f"more than {MAX_SHEETS} sheets")
             read.append(_Rows(name, element.get(f"{_TABLE}name", "").strip()))
         elif event == "end" and element.tag == f"{_TABLE}table-row" and read:
             read[-1].add(element)
@@ -61,8 +61,8 @@ class _Rows:
         """Once for each time that it is repeated, unless it is empty."""
         texts, times = self._texts(row), _times(row, "rows")
         self._count(len(texts) * times)
-        if texts and len(self._rows) + times > MOST_ROWS:
-            raise too_large(self.name, f"more than {MOST_ROWS:,} rows")
+        if texts and len(self._rows) + times > MAX_ROWS:
+            raise too_large(self.name, f"more than {MAX_ROWS:,} rows")
         if texts:
             self._rows += [(self._number + k, texts) for k in range(1, times + 1)]
         self._number += times
@@ -85,8 +85,8 @@ class _Rows:
 
     def _count(self, more: int) -> None:
         self._cells += more
-        if self._cells > MOST_CELLS:
-            raise too_large(self.name, f"more than {MOST_CELLS:,} cells")
+        if self._cells > MAX_CELLS:
+            raise too_large(self.name, f"more than {MAX_CELLS:,} cells")
 
 
 def _text(cell: Element, dates: set[str]) -> str:

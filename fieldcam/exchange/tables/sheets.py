@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fieldcam.errors import BadInput
-from fieldcam.foreign.bounds import MOST_ROWS
+from fieldcam.foreign.bounds import MAX_ROWS
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +56,8 @@ def filled_rows(name: str, rows: Iterable[tuple[int, Iterable[str]]]) -> tuple[S
             stripped.pop()
         if not stripped:
             continue
-        if len(found) == MOST_ROWS:
-            raise too_large(name, f"more than {MOST_ROWS:,} rows")
+        if len(found) == MAX_ROWS:
+            raise too_large(name, f"more than {MAX_ROWS:,} rows")
         found.append(SheetRow(number, tuple(stripped)))
     return tuple(found)
 

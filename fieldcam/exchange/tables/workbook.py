@@ -14,7 +14,7 @@ from zipfile import BadZipFile
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.tables.sheets import Sheet, column_letters, filled_rows, too_large
-from fieldcam.foreign.bounds import LAST_ROW, MOST_CELLS, MOST_SHEETS
+from fieldcam.foreign.bounds import LAST_ROW, MAX_CELLS, MAX_SHEETS
 
 if TYPE_CHECKING:
     from openpyxl.worksheet._read_only import ReadOnlyWorksheet
@@ -53,8 +53,8 @@ def _sheets(name: str, data: bytes) -> list[Sheet]:
         closing(load_workbook(BytesIO(data), read_only=True, data_only=True)) as values,
         closing(load_workbook(BytesIO(data), read_only=True)) as written,
     ):
-        if len(values.worksheets) > MOST_SHEETS:
-            raise too_large(name, f"more than {MOST_SHEETS} sheets")
+        if len(values.worksheets) > MAX_SHEETS:
+            raise too_large(name, f"more than {MAX_SHEETS} sheets")
         both = zip(values.worksheets, written.worksheets, strict=True)
         return [_sheet(name, sheet, formulas) for sheet, formulas in both]
 
@@ -77,8 +77,8 @@ def _rows(name: str, sheet: ReadOnlyWorksheet) -> Iterator[tuple[int, tuple[obje
     cells = 0
     for number, row in enumerate(sheet.values, start=1):
         cells += len(row)
-        if cells > MOST_CELLS or number > LAST_ROW:
-            raise too_large(name, f"more than {MOST_CELLS:,} cells")
+        if cells > MAX_CELLS or number > LAST_ROW:
+            raise too_large(name, f"more than {MAX_CELLS:,} cells")
         if row:
             yield number, row
 

@@ -23,7 +23,7 @@ STEPS = 2
 """Of Gauss and Newton; the problem is nearly linear."""
 SAME_GAP_SD = 3.0
 """Two gaps between fruitlets that differ by more than so many deviations are not one gap."""
-LEAST_SINE = 1e-7
+MIN_SINE = 1e-7
 """Of an angle; below it a half turn does not tell its axis."""
 ANYWHERE_SD_MM = 100.0
 """Of a cluster's middle where no tag says where to expect it."""
@@ -144,8 +144,8 @@ def turn_vectors(rotation: F64) -> F64:
     axis = (rotation[:, m, k] - rotation[:, k, m]) / 2
     sine = np.linalg.norm(axis, axis=1)
     cosine = (rotation[:, n, n].sum(axis=1) - 1) / 2
-    found = axis * (np.arctan2(sine, cosine) / np.maximum(sine, LEAST_SINE))[:, None]
-    half = (sine < LEAST_SINE) & (cosine < 0)
+    found = axis * (np.arctan2(sine, cosine) / np.maximum(sine, MIN_SINE))[:, None]
+    half = (sine < MIN_SINE) & (cosine < 0)
     if half.any():
         found[half] = Rotation.from_matrix(rotation[half]).as_rotvec()
     return np.asarray(found)

@@ -9,7 +9,7 @@ from math import dist
 
 from fieldcam.values import FARTHEST_MM, NEAREST_MM, TagPose
 
-MOST_MOVED_MM = 8.0
+MAX_MOVED_MM = 8.0
 """Between two previews, half a second apart: the flash itself freezes far more."""
 
 
@@ -56,7 +56,7 @@ class Cue:
 
     @property
     def still(self) -> bool | None:
-        return None if self.moved_mm is None else self.moved_mm <= MOST_MOVED_MM
+        return None if self.moved_mm is None else self.moved_mm <= MAX_MOVED_MM
 
     @property
     def ready(self) -> bool:

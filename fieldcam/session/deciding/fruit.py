@@ -19,7 +19,7 @@ from fieldcam.store.rows.fruit import CaliperIdentity, CaliperSize
 from fieldcam.store.rows.judgements import FruitletMark, MarkKind
 from fieldcam.store.rows.row import EntryId, Row
 
-MOST_MM = 100.0
+MAX_MM = 100.0
 """No apple in its first weeks is larger."""
 LONGEST_NAME = 20
 FAR_MM = 3.0
@@ -90,8 +90,8 @@ def add_by_hand(view: WalkView, capture: EntryId, diameter_mm: float) -> str:
 
 
 def _check_size(diameter_mm: float) -> None:
-    if not 0 < diameter_mm <= MOST_MM:
-        raise NotNow(f"A fruitlet measures between 0 and {MOST_MM:g} mm.")
+    if not 0 < diameter_mm <= MAX_MM:
+        raise NotNow(f"A fruitlet measures between 0 and {MAX_MM:g} mm.")
 
 
 def _check_read(view: WalkView, reading: EntryId, fruitlet: int | None) -> None:

@@ -22,7 +22,7 @@ from fieldcam.store.rows.row import EntryId, Row
 from fieldcam.values import Status
 from fieldcam.words import number_of
 
-MOST_FRUITLETS = 20
+MAX_FRUITLETS = 20
 """No cluster carries more."""
 MARKS = {Answer.FALLEN: MarkKind.FALLEN, Answer.HIDDEN: MarkKind.HIDDEN}
 
@@ -124,7 +124,7 @@ def _check_room(view: WalkView, answer: Answer, tag_id: int, shown: Shown) -> No
     if before is None and answer is Answer.FALLEN:
         raise NotNow("No earlier visit is known here: nothing can have fallen since.")
     known = marked + (shown.living or 0)
-    if known < (MOST_FRUITLETS if before is None else before):
+    if known < (MAX_FRUITLETS if before is None else before):
         return
     if marked:
         had = f"of the {before} last visit" if before is not None else "of a cluster"

@@ -34,7 +34,7 @@ from fieldcam.store.queries.walks import ClusterState, walk_route
 from fieldcam.store.rows.judgements import Action
 from fieldcam.store.rows.row import EntryId
 
-MOST_KNOWN = 1000
+MAX_KNOWN = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +168,7 @@ _known: dict[ClusterRows, Mapping[date, Sequence[float | None]]] = {}
 def _followed(database: Database, rows: ClusterRows) -> Mapping[date, Sequence[float | None]]:
     """Each living fruitlet of a day, with its size where it has one."""
     if rows not in _known:
-        if len(_known) >= MOST_KNOWN:
+        if len(_known) >= MAX_KNOWN:
             _known.clear()
         tracks = tracks_of(followed_cluster(database, rows))
         _known[rows] = {

@@ -53,7 +53,7 @@ from fieldcam.store.rows.walk import Event, EventKind, VisitDay
 from fieldcam.store.store import Store
 from fieldcam.words import number_of
 
-MOST_TREES = 10_000
+MAX_TREES = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,5 +291,5 @@ def check_trees(count: int, known: int) -> None:
     """Raise NotNow where a block of so many known trees cannot have this many."""
     if count < known:
         raise NotNow(f"The block has {number_of(known, 'tree')} already.")
-    if count > MOST_TREES:
-        raise NotNow(f"A block has at most {MOST_TREES} trees.")
+    if count > MAX_TREES:
+        raise NotNow(f"A block has at most {MAX_TREES} trees.")

@@ -16,7 +16,7 @@ from fieldcam.store.rows.fruit import AssociationWord, MissingWord
 from fieldcam.store.rows.judgements import MarkKind
 from fieldcam.store.rows.row import EntryId
 
-MOST_VIEWS = 2
+MAX_VIEWS = 2
 """Pictures of a cluster that count on one visit."""
 _TARGET_AREA = (
     "SELECT coalesce(sum(json_extract(size.value, '$.area_px')), 0)"
@@ -212,7 +212,7 @@ def _visit(
 ) -> CountedVisit:
     # Of several that show as much the later ones count.
     most_first = sorted(reversed(pictures), key=lambda p: (-p.area_px, -p.living))
-    best = most_first[:MOST_VIEWS]
+    best = most_first[:MAX_VIEWS]
     kept = tuple(picture for picture in pictures if picture in best)
     added = max((_added(database, picture.reading) for picture in kept), default=0)
     return CountedVisit(

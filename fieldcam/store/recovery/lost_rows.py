@@ -21,7 +21,7 @@ from fieldcam.store.facts import all_facts
 from fieldcam.store.objects import CALIBRATION_SUFFIX, FACTS_SUFFIX, Objects
 from fieldcam.words import number_of
 
-MOST_LEFT = 4
+MAX_LEFT = 4
 """Images without a row that crashes leave behind: two pairs."""
 IMAGES_OF = "SELECT left_file AS name FROM capture UNION SELECT right_file FROM capture"
 
@@ -39,7 +39,7 @@ def check_rows(path: Path, database_name: str) -> None:
     known = _known(file)
     if known is not None and _has_log(file):
         return
-    few = 0 if known is None else MOST_LEFT
+    few = 0 if known is None else MAX_LEFT
     lost = images if known is None else images - known
     if known is not None and len(lost) > few:
         lost = _of_pairs(objects, lost)

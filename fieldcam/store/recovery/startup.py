@@ -28,7 +28,7 @@ from fieldcam.store.store import Store
 from fieldcam.words import number_of
 
 CLOCK_TOLERANCE = timedelta(minutes=2)
-MOST_NAMED = 5
+MAX_NAMED = 5
 TO_DO = "Copy them back from another copy of this data folder; sizes that were read are kept."
 
 
@@ -174,5 +174,5 @@ def _sentences(report: StartupReport) -> Iterator[str]:
 def _of(problems: Sequence[FileProblem]) -> str:
     """Whose files these are; the first few."""
     owners = list(dict.fromkeys(problem.belongs_to for problem in problems))
-    more = f" and {len(owners) - MOST_NAMED} more" if len(owners) > MOST_NAMED else ""
-    return f"of {', '.join(owners[:MOST_NAMED])}{more}"
+    more = f" and {len(owners) - MAX_NAMED} more" if len(owners) > MAX_NAMED else ""
+    return f"of {', '.join(owners[:MAX_NAMED])}{more}"

@@ -13,7 +13,7 @@ from fieldcam.errors import BadInput, FieldcamError
 from fieldcam.exchange.route_table import read_route
 from fieldcam.session import events
 from fieldcam.session.set_up.setting_up import (
-    MOST_TREES,
+    MAX_TREES,
     SetUp,
     SetUpState,
     TreeFacts,
@@ -116,7 +116,7 @@ class Questions:
 
     def trees(self) -> None:
         def change(count: str) -> Change:
-            wanted = answers.count(count, 1, MOST_TREES)
+            wanted = answers.count(count, 1, MAX_TREES)
             check_trees(wanted, len(self.state.trees))
             return partial(self.setup.set_trees, wanted)
 

@@ -24,7 +24,7 @@ Pair = tuple[Shown, Shown]
 IN_ANOTHER = "in another picture"
 NEITHER = "Neither of the two pictures shows a fruitlet of this cluster."
 NO_FRUIT = {Doubt.GROWTH: "grows", Doubt.SHRUNK: "shrinks"}
-LEAST_WIDTH = 9
+MIN_WIDTH = 9
 """Of a column of sizes."""
 
 
@@ -159,7 +159,7 @@ def pair_lines(
         return
     days = [f"{shown.record.day:%d %b}" for shown in pair]
     sizes = [_sizes(row, pair) for row in rows]
-    width = max([LEAST_WIDTH, *(len(size) for of_row in sizes for size in of_row)])
+    width = max([MIN_WIDTH, *(len(size) for of_row in sizes for size in of_row)])
     yield f"      {days[0]:>{width}}  {days[1]:>{width}}   mm a day"
     elapsed = _elapsed(pair)
     for row, (one, other) in zip(rows, sizes, strict=True):

@@ -8,7 +8,7 @@ from textwrap import shorten
 
 from fieldcam.analysis.status import AnalysisState, AnalysisStatus
 from fieldcam.calibration.drift import TAG_SIZE_BIAS
-from fieldcam.calibration.stored_drift import LEAST_PICTURES, TagSizes
+from fieldcam.calibration.stored_drift import MIN_PICTURES, TagSizes
 from fieldcam.models import ModelFile, Models
 from fieldcam.session.battery import Battery
 from fieldcam.session.state import CameraState
@@ -92,7 +92,7 @@ def calibration_facts(uncalibrated: str, sizes: TagSizes | None) -> Iterator[Fac
         yield Fact("calibration", "is being checked")
         return
     if sizes.measured_mm is None or sizes.drift is None:
-        yield Fact("calibration", f"known after {LEAST_PICTURES} pictures with a tag")
+        yield Fact("calibration", f"known after {MIN_PICTURES} pictures with a tag")
         return
     measured = f"tag printed {sizes.printed_mm:g} mm, measured {sizes.measured_mm:.2f} mm"
     pictures = number_of(len(sizes.errors), "picture")

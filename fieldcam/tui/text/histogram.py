@@ -12,12 +12,12 @@ from fieldcam.tui.text.letters import BLOCK
 STEPS_MM = (1, 2, 5, 10)
 LABEL = 7
 """Columns of a row's name."""
-LEAST_COLUMN = 12
+MIN_COLUMN = 12
 
 
 def histogram(days: Sequence[tuple[date, Sequence[float]]], columns: int, rows: int) -> list[str]:
     """At most this many columns and rows, headings included; the last days where not all fit."""
-    fitting = max(1, (columns - LABEL) // LEAST_COLUMN)
+    fitting = max(1, (columns - LABEL) // MIN_COLUMN)
     shown = [(day, sizes) for day, sizes in days if sizes][-fitting:]
     if not shown:
         return ["No accepted sizes yet."]

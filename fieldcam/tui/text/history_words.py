@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import timedelta
 from statistics import mean
 
-from fieldcam.growth.doubts import MOST_MM_PER_DAY
+from fieldcam.growth.doubts import MAX_MM_PER_DAY
 from fieldcam.session.over_days.days import ClusterDay
 from fieldcam.store.queries.history import CaptureRecord, ReadingSummary
 from fieldcam.store.queries.said import StandingWord
@@ -108,7 +108,7 @@ def _growth(before: ClusterDay, day: ClusterDay) -> str:
         return ""
     roughly = "" if len(day.sizes_mm) == len(before.sizes_mm) else "~"
     rate = (mean(day.sizes_mm) - mean(before.sizes_mm)) / elapsed
-    odd = " (no fruit grows so)" if rate > MOST_MM_PER_DAY else ""
+    odd = " (no fruit grows so)" if rate > MAX_MM_PER_DAY else ""
     return f", {roughly}{rate:+.2f} a day{odd}"
 
 

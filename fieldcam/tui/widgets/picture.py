@@ -22,7 +22,7 @@ CHOSEN: Colour = (90, 200, 255)
 """As in the themes: white is, yellow asks, red is bad or struck out, blue is in hand."""
 MARGIN = 1.25
 """Of what is shown around the cluster, against its own extent."""
-LEAST_PX = 240.0
+MIN_PX = 240.0
 
 
 def still(
@@ -103,7 +103,7 @@ def frame_around(
 ) -> Cutout:
     """Around all of these boxes, each x0, y0, x1, y1."""
     low, high = np.array(boxes)[:, :2].min(axis=0), np.array(boxes)[:, 2:].max(axis=0)
-    return _framed(low, high, MARGIN, LEAST_PX, size)
+    return _framed(low, high, MARGIN, MIN_PX, size)
 
 
 def _framed(

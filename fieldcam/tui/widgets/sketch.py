@@ -18,7 +18,7 @@ Size = tuple[int, int]
 """Width and height, in small pixels."""
 REACH = 1.5
 """How near to a fruitlet is meant to be on it, in its own radii."""
-LEAST_REACH = 3.0
+MIN_REACH = 3.0
 """Small pixels."""
 
 
@@ -119,7 +119,7 @@ def nearest(shown: Shown, frame: Cutout, x: float, y: float) -> Place | None:
     closest = min(found, key=distance)
     x0, y0, x1, y1 = closest.box_px
     radius = max(x1 - x0, y1 - y0) / 2 / frame.px_per_cell
-    if distance(closest) > max(REACH * radius, LEAST_REACH):
+    if distance(closest) > max(REACH * radius, MIN_REACH):
         return None
     return Place(shown.record.reading.id, closest.id)
 

@@ -23,14 +23,14 @@ Place = tuple[float, float]
 REACH_MM = 45.0
 """How far from the middle of the target's fruitlets a missed one can hang."""
 DEPTH_REACH_MM = 35.0
-MOST_UNSURE = 0.5
+MAX_UNSURE = 0.5
 """Unsure places for each fruitlet of the target, beyond which it is asked."""
 AROUND_PX = 4
 
 
 def judge_doubt(evidence: Evidence, unsure_px: Sequence[Place]) -> Iterator[Finding]:
     """A question where too much beside the tag may be fruit that was not found."""
-    if len(unsure_px) > MOST_UNSURE * len(evidence.target):
+    if len(unsure_px) > MAX_UNSURE * len(evidence.target):
         more = number_of(len(unsure_px), "place")
         text = f"{more} beside the tag may be fruit that was not measured: count them."
         yield confirm(ReasonCode.UNSURE_FRUIT, text)

@@ -25,9 +25,9 @@ REACH_X, REACH_Y = 110, 12
 """Of the coarse search, in coarse px: 440 by 48 px."""
 FINE_REACH_PX = 6
 SPOTS = 24
-LEAST_SCORE, LEAST_FINE_SCORE = 0.75, 0.8
+MIN_SCORE, MIN_FINE_SCORE = 0.75, 0.8
 """Normalised correlation of a spot that was found again."""
-LEAST_SPOTS = 8
+MIN_SPOTS = 8
 PARALLAX_GAIN = 0.6
 """How much better than a turned eye a moved camera must explain the rows."""
 
@@ -68,7 +68,7 @@ class EyeMatches:
         An eye that turned on its mount shifts near and far things alike.
         """
         ahead = self.shifts_px[self.shifts_px[:, 0] > 0]
-        if len(ahead) < LEAST_SPOTS:
+        if len(ahead) < MIN_SPOTS:
             return False
         slope = np.median(ahead[:, 1] / ahead[:, 0])
         as_moved = np.median(np.abs(ahead[:, 1] - slope * ahead[:, 0]))
@@ -103,12 +103,12 @@ def _look_up(
     left: ImageU8, right: ImageU8, small: list[npt.NDArray[np.uint8]], spot: tuple[int, int]
 ) -> tuple[float, float] | None:
     coarse = _best(small[0], small[1], spot, spot, PATCH_PX, (REACH_X, REACH_Y))
-    if coarse is None or coarse[2] < LEAST_SCORE:
+    if coarse is None or coarse[2] < MIN_SCORE:
         return None
     start = (spot[0] * COARSE, spot[1] * COARSE)
     guess = (round(coarse[0] * COARSE), round(coarse[1] * COARSE))
     fine = _best(left, right, start, guess, FINE_PATCH_PX, (FINE_REACH_PX, FINE_REACH_PX))
-    if fine is None or fine[2] < LEAST_FINE_SCORE:
+    if fine is None or fine[2] < MIN_FINE_SCORE:
         return None
     return start[0] - fine[0], start[1] - fine[1]
 

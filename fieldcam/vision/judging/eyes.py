@@ -30,8 +30,8 @@ MOVED_SIZE = 0.015
 MISPAIRED_ROWS_PX = 8.0
 """A quarter of a degree: a mount that gave way by more would have come off."""
 MISPAIRED_SIZE = 0.08
-LEAST_MATCHES = 6
-LEAST_FOUND = 0.4
+MIN_MATCHES = 6
+MIN_FOUND = 0.4
 """Share of spots found again: below it the eyes show different things."""
 SWAPPED_SHARE = 0.7
 MISPAIRED_SPREAD_PX = 4.0
@@ -99,7 +99,7 @@ def _eyes_by_spots(evidence: Evidence) -> Iterator[Finding]:
     eyes = evidence.quality.eyes
     if (out_of_order := eyes_out_of_order(eyes)) is not None:
         yield out_of_order
-    elif eyes.looked_for < LEAST_MATCHES or eyes.rows_px is None or eyes.rows_spread_px is None:
+    elif eyes.looked_for < MIN_MATCHES or eyes.rows_px is None or eyes.rows_spread_px is None:
         return
     elif abs(eyes.rows_px) > MISPAIRED_ROWS_PX or eyes.rows_spread_px > MISPAIRED_SPREAD_PX:
         yield MISPAIRED
@@ -112,8 +112,8 @@ def eyes_out_of_order(eyes: EyeMatches) -> Finding | None:
     """SWAPPED or MISPAIRED as far as a pair tells that nobody rectified; None too where it
     shows too little.
     """
-    if eyes.looked_for < LEAST_MATCHES:
+    if eyes.looked_for < MIN_MATCHES:
         return None
-    if eyes.found_share < LEAST_FOUND:
+    if eyes.found_share < MIN_FOUND:
         return MISPAIRED
     return SWAPPED if eyes.swapped_share > SWAPPED_SHARE else None

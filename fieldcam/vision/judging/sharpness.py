@@ -24,17 +24,17 @@ PARTS = 8
 LOW, HIGH = 0.2, 0.8
 NORMAL_WIDTH = 1.683
 """Standard deviations between these two levels of a blurred step."""
-LEAST_RISE = 12.0
+MIN_RISE = 12.0
 """Grey levels; a fainter edge says nothing."""
 
 FINE_PX, COARSE_PX = 1.0, 2.0
 """Two blurs that an edge of the scene is looked at through."""
 DIRECTIONS = 4
-STRONGEST, LEAST_EDGES = 300, 60
+STRONGEST, MIN_EDGES = 300, 60
 """Edges of one direction: grain outnumbers the scene's edges, but it is weaker."""
 SHARPEST = 0.75
 """Quantile of these edges: even a sharp picture has soft ones."""
-LEAST_SLOPE = 2.0
+MIN_SLOPE = 2.0
 """Grey levels per px."""
 
 
@@ -61,7 +61,7 @@ def edge_blur_px(grey: ImageU8) -> float | None:
     image = grey.astype(np.float32)
     fine, coarse = _slopes(image, FINE_PX), _slopes(image, COARSE_PX)
     steepness = cv2.magnitude(*fine)
-    clear = steepness > LEAST_SLOPE
+    clear = steepness > MIN_SLOPE
     clear &= steepness >= cv2.dilate(steepness, np.ones((3, 3), np.uint8)) * 0.95
     angle = np.arctan2(fine[1][clear], fine[0][clear])
     sector = np.round(angle / (np.pi / DIRECTIONS)).astype(int) % DIRECTIONS
@@ -81,7 +81,7 @@ def _slopes(image: FloatMap, blur_px: float) -> tuple[FloatMap, FloatMap]:
 
 def _blur_of(slopes: FloatMap) -> float | None:
     """Blur of edges by their slopes (2, N) through the finer and the coarser Gaussian."""
-    if slopes.shape[1] < LEAST_EDGES:
+    if slopes.shape[1] < MIN_EDGES:
         return None
     fine, coarse = slopes[:, np.argsort(-slopes[0])[:STRONGEST]]
     ratio = float(np.quantile(fine / np.maximum(coarse, 1e-3), SHARPEST))
@@ -111,7 +111,7 @@ def _profile_blur_px(profile: Array) -> float | None:
     last = len(profile) // 2 + int(profile[len(profile) // 2 :].argmax())
     profile = profile[first : last + 1]
     dark, light = float(profile[0]), float(profile[-1])
-    if light - dark < LEAST_RISE:
+    if light - dark < MIN_RISE:
         return None
     level = np.maximum.accumulate((profile - dark) / (light - dark))
     low, high = (float(np.interp(cut, level, np.arange(len(level)))) for cut in (LOW, HIGH))

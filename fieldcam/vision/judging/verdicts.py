@@ -25,20 +25,20 @@ from fieldcam.vision.judging.eyes import judge_eyes
 from fieldcam.vision.judging.findings import Finding, confirm, retake
 from fieldcam.words import number_of
 
-LEAST_FRUIT_BRIGHTNESS = 50.0
-LEAST_WHITE_LEVEL = 50.0
+MIN_FRUIT_BRIGHTNESS = 50.0
+MIN_WHITE_LEVEL = 50.0
 """Where no fruitlet was found."""
-LEAST_RIGHT_WHITE_RATIO = 0.5
-MOST_CLIPPED = 0.1
-MOST_CLIPPED_AROUND = 0.3
+MIN_RIGHT_WHITE_RATIO = 0.5
+MAX_CLIPPED = 0.1
+MAX_CLIPPED_AROUND = 0.3
 """Where no fruitlet was found."""
-MOST_TAG_BLUR_PX = 2.1
-MOST_EDGE_BLUR_PX = 2.2
+MAX_TAG_BLUR_PX = 2.1
+MAX_EDGE_BLUR_PX = 2.2
 
-LEAST_PX_PER_MM = 2.7
+MIN_PX_PER_MM = 2.7
 """The paper's head has 2.9 at the far end of its range; rendered pairs at 1.8 give sizes that
 are 1 mm off, and lose a fifth of the fruitlets."""
-LEAST_DEPTH = 0.4
+MIN_DEPTH = 0.4
 BORDER_MM = 5.0
 """A fruitlet nearer the border has neighbours that may be outside."""
 TAG_BORDER_MM, EMPTY_TAG_BORDER_MM = 20.0, 45.0
@@ -77,7 +77,7 @@ def _torn(evidence: Evidence) -> Iterator[Finding]:
 def _light(quality: Quality) -> Iterator[Finding]:
     if _too_dark(quality):
         yield retake(ReasonCode.TOO_DARK, "The picture is too dark: check the flash.")
-    elif quality.right_white_ratio < LEAST_RIGHT_WHITE_RATIO:
+    elif quality.right_white_ratio < MIN_RIGHT_WHITE_RATIO:
         yield retake(ReasonCode.TOO_DARK, "The right eye is too dark: check its lens and flash.")
     if quality.clipped_share > _most_clipped(quality):
         yield retake(ReasonCode.OVEREXPOSED, "The picture is overexposed: lower the exposure.")
@@ -87,18 +87,18 @@ def _light(quality: Quality) -> Iterator[Finding]:
 
 def _too_dark(quality: Quality) -> bool:
     if quality.fruit_brightness is not None:
-        return quality.fruit_brightness < LEAST_FRUIT_BRIGHTNESS
-    return quality.white_level < LEAST_WHITE_LEVEL
+        return quality.fruit_brightness < MIN_FRUIT_BRIGHTNESS
+    return quality.white_level < MIN_WHITE_LEVEL
 
 
 def _most_clipped(quality: Quality) -> float:
-    return MOST_CLIPPED_AROUND if quality.fruit_brightness is None else MOST_CLIPPED
+    return MAX_CLIPPED_AROUND if quality.fruit_brightness is None else MAX_CLIPPED
 
 
 def _blurred(quality: Quality) -> bool:
     if quality.tag_blur_px is not None:
-        return quality.tag_blur_px > MOST_TAG_BLUR_PX
-    return quality.edge_blur_px is not None and quality.edge_blur_px > MOST_EDGE_BLUR_PX
+        return quality.tag_blur_px > MAX_TAG_BLUR_PX
+    return quality.edge_blur_px is not None and quality.edge_blur_px > MAX_EDGE_BLUR_PX
 
 
 def _tag(evidence: Evidence, spoiled: bool) -> Iterator[Finding]:
@@ -124,7 +124,7 @@ def _tag(evidence: Evidence, spoiled: bool) -> Iterator[Finding]:
 
     if range_mm is not None and _coarse(evidence, range_mm) and range_mm <= FARTHEST_MM:
         fine = evidence.calibration.px_per_mm(range_mm)
-        text = f"Too coarse: {fine:.1f} of {LEAST_PX_PER_MM} pixels a mm."
+        text = f"Too coarse: {fine:.1f} of {MIN_PX_PER_MM} pixels a mm."
         yield retake(ReasonCode.TOO_COARSE, f"{text} Go nearer, or switch binning off.")
 
 
@@ -138,7 +138,7 @@ def _no_tag(evidence: Evidence, spoiled: bool) -> str:
 
 
 def _coarse(evidence: Evidence, range_mm: float) -> bool:
-    return evidence.calibration.focal_px < LEAST_PX_PER_MM * range_mm
+    return evidence.calibration.focal_px < MIN_PX_PER_MM * range_mm
 
 
 def _fruit(evidence: Evidence, explained: bool) -> Iterator[Finding]:
@@ -168,7 +168,7 @@ NO_DEPTH = retake(ReasonCode.NO_DEPTH, "No depth was measured: wipe both lenses,
 
 def _nothing(evidence: Evidence, tag: TagPose) -> Finding:
     near = any(_near(evidence, f, tag) for f in evidence.fruitlets)
-    if near and evidence.quality.depth_share < LEAST_DEPTH:
+    if near and evidence.quality.depth_share < MIN_DEPTH:
         return NO_DEPTH
     return retake(ReasonCode.NO_FRUITLETS, "No fruitlets were found: aim at the tag's cluster.")
 

@@ -23,7 +23,7 @@ NOT_ASKED = ("tag36h11", "tag16h5", "ArUco 4x4")
 SHRUNK = 0.5
 """For ArUco: a card of the working range has 40 px then, which is plenty, in a quarter of the
 time."""
-LEAST_SIDE_PX = 25
+MIN_SIDE_PX = 25
 """Of the shrunk picture; smaller ones are mostly none."""
 
 
@@ -45,7 +45,7 @@ def other_family(image: ImageU8) -> str:
 
 def _aruco_family(grey: ImageU8) -> str:
     small = cv2.resize(grey, None, fx=SHRUNK, fy=SHRUNK, interpolation=cv2.INTER_AREA)
-    counts = marker_counts(np.asarray(small, np.uint8), LEAST_SIDE_PX)
+    counts = marker_counts(np.asarray(small, np.uint8), MIN_SIDE_PX)
     seen = {name: count for name, count in counts.items() if count and name not in NOT_ASKED}
     return max(seen, key=lambda name: seen[name], default="")
 
