@@ -30,6 +30,8 @@ from fieldcam.store.read_only import open_read_only
 from fieldcam.store.recovery.integrity import full_check, rehash
 from fieldcam.store.recovery.mending import recover
 from fieldcam.store.recovery.startup import startup_check
+from fieldcam.store.recovery.words import recovery_lines
+from fieldcam.store.rows.judgements import Action, Decision
 from fieldcam.store.rows.orchard import Block
 from fieldcam.store.rows.walk import Capture
 from fieldcam.store.store import DATABASE_NAME, open_store
@@ -227,21 +229,40 @@ def test_there_must_be_something_to_recover(tmp_path: Path) -> None:
         recover(tmp_path)
 
 
-def test_pictures_without_a_reading_are_read(tmp_path: Path) -> None:
+@pytest.mark.parametrize("rejected", [False, True])
+def test_pictures_without_a_reading_are_read_and_not_decided_on(
+    tmp_path: Path, rejected: bool
+) -> None:
     season = write_pairs(tmp_path / "season", ("2026-05-21/17_1", "2026-05-25/17_1"))
+    captures = read_capture_folder(season).captures
     data = tmp_path / "data"
     with small_store(data) as store:
-        captures = read_capture_folder(season).captures
         list(import_pairs(store, Block("North"), AtOnce(FakeAnalyst()), captures))
+        if rejected:
+            for row in rows(store.database, "SELECT id FROM capture"):
+                store.append(Decision(row["id"], Action.DISCARD))
     (data / DATABASE_NAME).unlink()
     recover(data)
     analyst = FakeAnalyst()
     with small_store(data) as store:
         assert [each.problem for each in catch_up(store, AtOnce(analyst))] == ["", ""]
         assert [saved.calibration is not None for saved, _ in analyst.asked] == [True, True]
-        actions = rows(store.database, "SELECT action FROM capture_now")
-        assert [row["action"] for row in actions] == ["accept", "accept"]
+        assert rows(store.database, "SELECT * FROM decision") == []
         assert list(catch_up(store, AtOnce(analyst))) == []
+        list(import_pairs(store, Block("North"), AtOnce(analyst), captures))
+        decided = (
+            "SELECT decision.action, operator.name FROM decision JOIN entry USING (id)"
+            " JOIN operator ON operator.id = entry.who"
+        )
+        assert rows(store.database, decided) == [{"action": "accept", "name": "import"}] * 2
+
+
+def test_a_database_of_which_nothing_can_be_read_is_told(tmp_path: Path) -> None:
+    walk_of(tmp_path)
+    (tmp_path / DATABASE_NAME).write_bytes(b"x" * 5000)
+    lines = "\n".join(recovery_lines(recover(tmp_path)))
+    assert "what was decided, noted, marked and typed in is gone" in lines
+    assert "0 lost" not in lines
 
 
 def test_the_command_says_what_it_did(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

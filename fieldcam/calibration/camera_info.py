@@ -19,6 +19,8 @@ CAMERA_MATRIX = ("K", "k", "camera_matrix")
 DISTORTION = ("D", "d", "distortion_coefficients", "distCoeffs", "dist_coeffs")
 RECTIFICATION = ("R", "r", "rectification_matrix")
 MAX_BINNED = 16
+NO_ENTRY = ("", "null", "none", "~")
+"""What stands in the place of named entries that there are none of, in lower case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +54,7 @@ def window(document: CalibrationDocument, size_px: tuple[int, int]) -> Window:
     if max(binning) > MAX_BINNED:
         raise document.refuse(f"bins {binning[0]} x {binning[1]} pixels into one.")
     x, y, width, height = 0, 0, *size_px
-    if document.has("roi"):
+    if _is_given(document, "roi"):
         roi = document.part("roi")
         x, y = _whole(roi, "x_offset"), _whole(roi, "y_offset")
         width = _whole(roi, "width") or size_px[0] - x
@@ -63,6 +65,24 @@ def window(document: CalibrationDocument, size_px: tuple[int, int]) -> Window:
             f" {size_px[0]} x {size_px[1]}."
         )
     return Window(x, y, width, height, *binning)
+
+
+def check_picture(
+    document: CalibrationDocument, seen: Window, size_px: tuple[int, int] | None
+) -> None:
+    """Refuses pictures of this size where it is the sensor's, and the file bins or cuts it.
+
+    A camera's driver gives the sensor's size, and some write that of their pictures.
+    """
+    if size_px is None or size_px == seen.size_px or size_px != document.size_px():
+        return
+    (width, height), (fewer, lower) = size_px, seen.size_px
+    raise document.refuse(
+        f"bins {seen.binning_x} x {seen.binning_y} pixels into one, or cuts out, so that pictures"
+        f" have {fewer} x {lower}; this one has all {width} x {height} of its width and height.",
+        "If its width, height, K and P are those of such a picture, remove binning_x, binning_y and"
+        " roi from it.",
+    )
 
 
 def raw_eye(document: CalibrationDocument, seen: Window) -> EyeLens:
@@ -83,9 +103,14 @@ def projection(document: CalibrationDocument, seen: Window) -> Array:
     return seen.applied(document.matrix((3, 4), *PROJECTION))
 
 
+def _is_given(document: CalibrationDocument, name: str) -> bool:
+    entry = document.entries.get(name, "")
+    return not (isinstance(entry, str) and entry.lower() in NO_ENTRY)
+
+
 def _whole(document: CalibrationDocument, name: str) -> int:
     """Not negative; 0 where the file does not say."""
-    if not document.has(name):
+    if not _is_given(document, name):
         return 0
     found = document.matrix((1,), name)[0]
     if found < 0 or not float(found).is_integer():

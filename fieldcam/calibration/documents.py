@@ -16,7 +16,7 @@ from fieldcam.errors import CalibrationInvalid
 CALIBRATION_NAMES = ("calibration.yml", "calibration.yaml")
 """Of the one file that describes both eyes; the first is written."""
 LARGEST_SIDE_PX = 20_000
-NUMBER = re.compile(r"[0-9]{1,9}(?:\.[0-9]{1,9})?", re.ASCII)
+UNITS = re.compile(r"(?:([0-9]{1,9}(?:\.[0-9]{1,9})?) ?)?([a-z]{1,20})", re.ASCII)
 
 MILLIMETRES_PER_UNIT = {
     "m": 1000.0,
@@ -119,9 +119,9 @@ class CalibrationDocument:
         Where lengths are in squares of a board, it says how long one is: `units: 25 mm`.
         """
         said = self.text("units").lower()
-        count, _, unit = said.rpartition(" ")
-        length = float(count) if NUMBER.fullmatch(count) else 1.0 if not count else math.nan
-        known = MILLIMETRES_PER_UNIT.get(unit or "m", math.nan) * length
+        written = UNITS.fullmatch(said or "m")
+        count, unit = written.groups() if written else (None, said)
+        known = MILLIMETRES_PER_UNIT.get(unit, math.nan) * float(count or 1)
         if not (math.isfinite(known) and known > 0):
             raise self.refuse(
                 f"gives its units as {said[:40]!r}.",

@@ -26,6 +26,7 @@ def spelt_out(document: CalibrationDocument) -> CalibrationDocument:
         raise document.refuse("gives its two cameras different image sizes.")
     pose = right.matrix((4, 4), FROM_FIRST)
     entries: dict[str, object] = {
+        "units": "m",
         "image_size": left.entry("resolution"),
         "R": _texts(pose[:3, :3]),
         "T": _texts(pose[:3, 3]),

@@ -7,6 +7,7 @@ describe a raw pair (`load_stereo_rig`); `load_camera` takes either.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import numpy as np
 from fieldcam.calibration.camera_info import (
     PROJECTION,
     Window,
+    check_picture,
     projection,
     raw_eye,
     window,
@@ -22,10 +24,11 @@ from fieldcam.calibration.camera_info import (
 from fieldcam.calibration.documents import Array, CalibrationDocument
 from fieldcam.calibration.lens_models import check_lens
 from fieldcam.calibration.rig import (
+    FOCAL_TOLERANCE,
     EyeLens,
     StereoRig,
     assemble_rig,
-    check_baseline,
+    check_translation,
     checked_eye,
     projection_baseline_mm,
     projection_focal_px,
@@ -37,6 +40,7 @@ from fieldcam.calibration.sources import (
     RIGHT,
     Documents,
     open_documents,
+    read_document,
 )
 from fieldcam.errors import CalibrationInvalid
 from fieldcam.values import Calibration
@@ -44,23 +48,31 @@ from fieldcam.values import Calibration
 MATRICES = ("M{}", "K{}", "cameraMatrix{}", "CM{}")
 COEFFICIENTS = ("D{}", "distCoeffs{}", "dist{}")
 """What programs call those of eye 1 and eye 2."""
+CENTRE_TOLERANCE_PX = 0.1
+"""Of disparity: 0.04 % of a size."""
 
 
-def load_rectified(path: Path) -> Calibration:
+def load_rectified(path: Path, size_px: tuple[int, int] | None = None) -> Calibration:
     """The rectified camera that the right eye's CameraInfo describes.
 
-    Its D and K are history and not applied.
+    Its D and K are history and not applied. `size_px` (width, height) is that of the pictures,
+    where they are known.
     """
     if path.is_dir():
         raise CalibrationInvalid(
             f"{path} is a folder, not a calibration file.",
             "Give the right eye's file, or add --rectify where the images are still raw.",
         )
-    document = _rectified(path, open_documents(path))
+    documents = open_documents(path)
+    document = _rectified(path, documents)
     if not document.has(*PROJECTION):
         raise _without_projection(document)
     seen = window(document, _known_size(document, None))
+    check_picture(document, seen, size_px)
     matrix = projection(document, seen)
+    left = documents.get(LEFT) or _left_beside(path)
+    if left is not None and left.has(*PROJECTION):
+        _check_one_camera(document, matrix, projection(left, seen))
     width_px, height_px = seen.size_px
     return Calibration(
         width_px=width_px,
@@ -101,7 +113,8 @@ def load_camera(path: Path, size_px: tuple[int, int] | None = None) -> Calibrati
     """Whichever camera a file or folder describes: a rectified one, or both raw eyes."""
     documents = open_documents(path)
     one_eye = len(documents) == 1 and not any(map(_is_opencv_rig, documents.values()))
-    return load_rectified(path) if one_eye and not path.is_dir() else load_stereo_rig(path, size_px)
+    load = load_rectified if one_eye and not path.is_dir() else load_stereo_rig
+    return load(path, size_px)
 
 
 def _rectified(path: Path, documents: Documents) -> CalibrationDocument:
@@ -116,17 +129,67 @@ def _rectified(path: Path, documents: Documents) -> CalibrationDocument:
     )
 
 
+def _left_beside(path: Path) -> CalibrationDocument | None:
+    """The other eye's file, where the name of the right one's says what it is called."""
+    left = path.with_name(path.name.replace(RIGHT, LEFT))
+    if left != path and left.is_file():
+        with suppress(CalibrationInvalid):  # nothing is read from it but what it may contradict
+            return read_document(left)
+    return None
+
+
+def _check_one_camera(document: CalibrationDocument, right: Array, left: Array) -> None:
+    """Both (3, 4): disparity is counted from one centre, and sizes from one focal length."""
+    if abs(left[0, 0] - right[0, 0]) > FOCAL_TOLERANCE * abs(right[0, 0]):
+        raise document.refuse(
+            f"and the left eye's have two focal lengths: {right[0, 0]:g} and {left[0, 0]:g} px.",
+            _ONE_CAMERA,
+        )
+    if np.abs(left[:2, 2] - right[:2, 2]).max() > CENTRE_TOLERANCE_PX:
+        right_px, left_px = (f"({each[0, 2]:g}, {each[1, 2]:g})" for each in (right, left))
+        raise document.refuse(
+            f"has its centre at {right_px} px, and the left eye's at {left_px}: distances would be"
+            " wrong.",
+            _ONE_CAMERA,
+        )
+
+
+_ONE_CAMERA = (
+    "Add --rectify and give raw images, or rectify both eyes to one centre and one focal length,"
+    " as OpenCV does with CALIB_ZERO_DISPARITY."
+)
+
+
 def _without_projection(document: CalibrationDocument) -> CalibrationInvalid:
     if _is_opencv_rig(document):
         return document.refuse(
             "describes a camera whose images are still raw.", "Add --rectify to rectify them."
         )
+    if eyes := _raw_eyes(document):
+        return document.refuse(f"describes two raw eyes ({eyes}), by names not known.", _RENAME)
     if _lens_alone(document):
         return document.refuse(
             "describes one lens and not where the other eye is.",
             "Calibrate both eyes together: `fieldcam calibrate` does it from pictures of a board.",
         )
     return document.refuse("has no entry P or projection_matrix.")
+
+
+_RENAME = "Call them M1, D1, M2, D2 (1 is the left eye), R and T, and add --rectify."
+
+
+def _raw_eyes(document: CalibrationDocument) -> str:
+    """The names of several camera matrices, whatever a program calls them; else empty."""
+    names = [name for name in document.entries if _is_camera_matrix(document, name)]
+    return " and ".join(names) if len(names) > 1 else ""
+
+
+def _is_camera_matrix(document: CalibrationDocument, name: str) -> bool:
+    try:
+        values = document.numbers(name)
+    except CalibrationInvalid:
+        return False
+    return values.size == 9 and values[0] > 1 < values[4] and values[6:].tolist() == [0, 0, 1]
 
 
 def _lens_alone(document: CalibrationDocument) -> bool:
@@ -146,6 +209,7 @@ def _camera_info_rig(
     left: CalibrationDocument, right: CalibrationDocument, size_px: tuple[int, int] | None
 ) -> StereoRig:
     windows = [window(eye, _known_size(eye, size_px)) for eye in (left, right)]
+    check_picture(right, windows[1], size_px)
     sizes_px = {seen.size_px for seen in windows}
     if len(sizes_px) > 1:
         raise right.refuse(f"and {left.path.name} give different image sizes.")
@@ -173,6 +237,8 @@ def _opencv_rig(document: CalibrationDocument, size_px: tuple[int, int] | None) 
                 "Give a folder with left.yml and right.yml; images that are rectified already"
                 " go without --rectify.",
             )
+        if eyes := _raw_eyes(document):
+            raise document.refuse(f"describes two raw eyes ({eyes}), by names not known.", _RENAME)
         raise document.refuse(
             "does not describe both raw eyes.",
             "Give a file with M1, D1, M2, D2, R and T, or a folder with both eyes' files.",
@@ -180,7 +246,7 @@ def _opencv_rig(document: CalibrationDocument, size_px: tuple[int, int] | None) 
     size = _known_size(document, size_px)
     left, right = _opencv_eye(document, "1"), _opencv_eye(document, "2")
     translation = document.matrix((3,), "T")
-    _check_translation(document, translation)
+    check_translation(document, translation)
     if not document.has("P1") or not document.has("P2"):
         left, right, projections = _rectify(document, left, right, translation, size)
         return assemble_rig(document, left, right, projections, size)
@@ -201,14 +267,6 @@ def _opencv_eye(document: CalibrationDocument, number: str) -> EyeLens:
         projection=np.eye(3),
     )
     return checked_eye(document, eye, names[0])
-
-
-def _check_translation(document: CalibrationDocument, translation: Array) -> None:
-    """T carries a point from the left eye's frame to the right's: its x is -b."""
-    if abs(translation[0]) < abs(translation[1]):
-        raise document.refuse("describes a pair with one eye above the other.")
-    length = float(np.copysign(np.linalg.norm(translation), translation[0]))
-    check_baseline(document, -length)
 
 
 def _rectify(

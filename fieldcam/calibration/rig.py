@@ -11,6 +11,8 @@ from fieldcam.values import Calibration
 
 BASELINE_RANGE_MM = (10.0, 1000.0)
 """Outside it the file's unit of length is surely not what it is taken for."""
+LONGEST_UNSAID_MM = 100.0
+"""Of a hand-held head, where OpenCV's T comes without a unit: 0.6 may be metres or squares."""
 
 FEW_SQUARES = 10.0
 """A baseline is a few squares of a board long, and more than so many mm."""
@@ -77,10 +79,20 @@ def projection_baseline_mm(document: CalibrationDocument, projection: Array, nam
     return check_baseline(document, float(-projection[0, 3] / projection[0, 0]))
 
 
-def check_baseline(document: CalibrationDocument, length: float) -> float:
+def check_translation(document: CalibrationDocument, translation: Array) -> None:
+    """T, (3,), carries a point from the left eye's frame to the right's: its x is -b."""
+    if abs(translation[0]) < abs(translation[1]):
+        raise document.refuse("describes a pair with one eye above the other.")
+    length = float(np.copysign(np.linalg.norm(translation), -translation[0]))
+    check_baseline(document, length, None if document.text("units") else LONGEST_UNSAID_MM)
+
+
+def check_baseline(
+    document: CalibrationDocument, length: float, longest_mm: float | None = None
+) -> float:
     """The distance between the eyes in mm, from what the file gives in its own unit.
 
-    Refuses one that no such camera has.
+    Refuses one that no such camera has, or that is more than `longest_mm`.
     """
     baseline_mm = length * document.millimetres_per_unit()
     if baseline_mm < 0:
@@ -88,7 +100,7 @@ def check_baseline(document: CalibrationDocument, length: float) -> float:
             f"puts the right eye {-baseline_mm:g} mm to the left of the left one.",
             "Are the two eyes swapped?",
         )
-    shortest, longest = BASELINE_RANGE_MM
+    shortest, longest = BASELINE_RANGE_MM[0], longest_mm or BASELINE_RANGE_MM[1]
     if shortest <= baseline_mm <= longest:
         return baseline_mm
     raise document.refuse(

@@ -13,6 +13,7 @@ from pathlib import Path
 from fieldcam.calibration.documents import CalibrationDocument
 from fieldcam.calibration.kalibr import is_kalibr, spelt_out
 from fieldcam.calibration.ost_text import is_ost, ost_eyes
+from fieldcam.calibration.printed import one_camera, unwrapped
 from fieldcam.calibration.tarball import STEMS, SUFFIXES, tarball_texts
 from fieldcam.calibration.yaml_entries import Entry, YamlRefused, yaml_mappings
 from fieldcam.errors import CalibrationInvalid
@@ -48,9 +49,6 @@ OTHERS = (
 )
 """How files begin that are no calibration of these kinds, and what they are."""
 
-SAME_CAMERA = ("header",)
-"""Entries of a printed CameraInfo that may change from one print to the next."""
-
 Documents = Mapping[str, CalibrationDocument]
 """By the eye, or the part, that each describes."""
 
@@ -63,6 +61,14 @@ def open_documents(path: Path) -> Documents:
     if content.startswith(TAR_STARTS) or content[TAR_MAGIC_AT:].startswith(b"ustar"):
         return _by_name(path, tarball_texts(path).items())
     return _parsed(path, content)
+
+
+def read_document(path: Path) -> CalibrationDocument:
+    """A file that describes one camera, or one eye."""
+    found = tuple(open_documents(path).values())
+    if len(found) != 1:
+        raise CalibrationInvalid(f"{path} describes {len(found)} cameras.", "Give one file of one.")
+    return found[0]
 
 
 def _start(path: Path) -> bytes:
@@ -107,8 +113,10 @@ def _parsed(path: Path, content: bytes) -> Documents:
         mappings = yaml_mappings(text)
     except YamlRefused as error:
         raise CalibrationInvalid(f"{path} {error}.") from error
-    document = CalibrationDocument(path, _one_camera(path, mappings))
-    return {WHOLE: spelt_out(document) if is_kalibr(document) else document}
+    document = CalibrationDocument(path, one_camera(path, mappings))
+    if is_kalibr(document):
+        return {WHOLE: spelt_out(document)}
+    return {WHOLE: CalibrationDocument(path, unwrapped(document.entries))}
 
 
 def _decoded(content: bytes) -> str:
@@ -130,17 +138,3 @@ def _of_eyes(path: Path, eyes: Mapping[str, dict[str, Entry]]) -> Documents:
         eye = next((eye for eye in (LEFT, RIGHT) if eye in name.lower()), name)
         found[eye] = CalibrationDocument(path, entries)
     return found
-
-
-def _one_camera(path: Path, mappings: list[dict[str, Entry]]) -> dict[str, Entry]:
-    """Printed without `-n 1`, the same camera comes again and again."""
-    first, *others = (
-        {name: entry for name, entry in mapping.items() if name not in SAME_CAMERA}
-        for mapping in mappings
-    )
-    if any(other != first for other in others):
-        raise CalibrationInvalid(
-            f"{path} describes several cameras, one behind the other.",
-            "Save each eye's into a file of its own, left.yml and right.yml.",
-        )
-    return mappings[0]

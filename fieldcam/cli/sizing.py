@@ -106,7 +106,7 @@ def _load(arguments: argparse.Namespace) -> tuple[StereoPair, Calibration]:
     if arguments.rectify:
         rig = load_stereo_rig(arguments.calibration, pair.size_px)
         return Rectifier(rig).rectify(pair), rig.rectified
-    calibration = load_rectified(arguments.calibration)
+    calibration = load_rectified(arguments.calibration, pair.size_px)
     check_against(calibration, pair.left)
     return pair, calibration
 

@@ -136,7 +136,7 @@ def _calibration_for(image: ImageU8, path: Path | None) -> Calibration | None:
 
     if path is None:
         return None
-    calibration = load_rectified(path)
+    calibration = load_rectified(path, (image.shape[1], image.shape[0]))
     check_against(calibration, image)
     return calibration
 

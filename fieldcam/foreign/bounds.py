@@ -87,3 +87,8 @@ MAX_TITLE_ROWS = 20
 """That may stand above a table's heading."""
 MAX_FRUITS = 30_000
 """Of a caliper table: 4,000 clusters take seconds, and room grows with their number."""
+MAX_ELEMENTS = 500_000
+"""Of a workbook's XML; 10,000 rows of 12 cells are 250,000, which take seconds."""
+MAX_HOLLOW_ELEMENTS = 100_000
+"""Of these, such as hold nothing: rows and cells that were only formatted."""
+DEEPEST_ELEMENTS = 32

@@ -5,22 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 
-from fieldcam.codec.readings import EncodedReading
 from fieldcam.errors import ReadingDamaged
 from fieldcam.session.calibrating import OwnCalibration
 from fieldcam.session.events import AnalysisTrouble
 from fieldcam.session.reading import Keeping, Reader
 from fieldcam.session.viewing import WalkView
-from fieldcam.store.captures import SavedCapture
 from fieldcam.store.connection import rows
 from fieldcam.store.folder import DataKind
-from fieldcam.store.queries.lookups import row_of
 from fieldcam.store.queries.resuming import Waiting, waiting_for_analysis
 from fieldcam.store.readings import stored_reading
 from fieldcam.store.store import Store
-from fieldcam.values import Calibration, Expectation, Status
+from fieldcam.values import Calibration, Expectation
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +29,7 @@ class CaughtUp:
 
 
 def catch_up(store: Store, reader: Reader) -> Iterator[CaughtUp]:
-    """One outcome for each; an imported picture without a doubt is accepted, as by an import.
+    """One outcome for each. Nothing is decided: whoever decided before may have said no.
 
     Of a head in the field the calibration in use stands in where a picture has none.
     """
@@ -45,7 +41,7 @@ def catch_up(store: Store, reader: Reader) -> Iterator[CaughtUp]:
         if saved is None:
             continue
         view = None if picture.visit is None else WalkView(store, picture.visit)
-        keeping = Keeping(store, view, accepts=partial(_counts, store), once=True)
+        keeping = Keeping(store, view, once=True)
         event = keeping.read(reader, saved, _expectation(view, picture))
         problem = event.error.message if isinstance(event, AnalysisTrouble) else ""
         yield CaughtUp(picture.tag_expected, problem)
@@ -69,11 +65,3 @@ def _expectation(view: WalkView | None, picture: Waiting) -> Expectation:
     if view is None:
         return Expectation(picture.tag_expected)
     return view.expectation(picture.tag_expected)
-
-
-def _counts(store: Store, saved: SavedCapture, reading: EncodedReading) -> bool:
-    """Whether it was imported, waits for a decision, and leaves no doubt."""
-    capture = row_of(store.database, "capture", saved.key)
-    decided = row_of(store.database, "capture_now", saved.key)["decision"]
-    undecided = capture["source"] is not None and not decided
-    return undecided and reading.verdict.status is Status.ACCEPT

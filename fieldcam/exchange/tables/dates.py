@@ -47,8 +47,10 @@ class Calendar:
 
 
 _CLOCK = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?(?: ?[ap]\.?m\.?)?"
-_TIME = re.compile(rf"(?:t| |, )({_CLOCK}) ?(z|[+-]\d{{2}}:?(?:\d{{2}})?)?$")
+_ZONE = r"z|(?:utc|gmt)?[+-]\d{1,2}(?::?\d{2})?|utc|gmt"
+_TIME = re.compile(rf"(?:t| |, )({_CLOCK}) ?({_ZONE})?$")
 """Behind a date, as spreadsheets, ODK and Field Book write it."""
+_UTC = re.compile(r"z|(?:utc|gmt)(?:[+-]0{1,2}(?::?00)?)?|[+-]0{1,2}(?::?00)?")
 _WEEKDAY = re.compile(r"^(?:mon|tue|wed|thu|fri|sat|sun)[a-z]*\.?,? ")
 _ISO = re.compile(r"(\d{4})([-./])(\d{1,2})\2(\d{1,2})")
 _COMPACT = re.compile(r"((?:19|20)\d{2})(\d{2})(\d{2})")
@@ -190,7 +192,7 @@ def _notes(read: Mapping[str, Readings], days: Mapping[str, date], order: Order)
             f"{serial} was read as {days[serial]}: the number of a day, as spreadsheets count them"
             " from 1900."
         )
-    if utc := next((text for text in read if _zone(text) == "z"), None):
+    if utc := next((text for text in read if _UTC.fullmatch(_zone(text))), None):
         yield (
             f"{utc} is a time in UTC and was read as {days[utc]}: west of Greenwich an evening"
             " counts for the day after."

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from zipfile import BadZipFile, ZipFile
+from zipfile import ZipFile
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.tables.delimited import csv_sheet
+from fieldcam.exchange.tables.markup import check_markup
 from fieldcam.exchange.tables.opendocument import opendocument_sheets
 from fieldcam.exchange.tables.sheets import Sheet, too_large
-from fieldcam.exchange.tables.workbook import workbook_sheets
+from fieldcam.exchange.tables.workbook import DAMAGED, workbook_sheets
 from fieldcam.foreign.bounds import MAX_UNPACKED_BYTES, TABLE
 from fieldcam.foreign.files import read_foreign
 from fieldcam.words import spelled_out
@@ -40,10 +41,11 @@ def _zipped(name: str, data: bytes) -> list[Sheet]:
     try:
         with ZipFile(BytesIO(data)) as archive:
             parts = archive.infolist()
-    except (BadZipFile, ValueError, NotImplementedError) as error:
+            if sum(part.file_size for part in parts) > MAX_UNPACKED_BYTES:
+                raise too_large(name, f"more than {MAX_UNPACKED_BYTES >> 20} MB")
+            check_markup(name, archive)
+    except DAMAGED as error:
         raise BadInput(f"{name} is no workbook that can be read.", _AS_WHAT) from error
-    if sum(part.file_size for part in parts) > MAX_UNPACKED_BYTES:
-        raise too_large(name, f"more than {MAX_UNPACKED_BYTES >> 20} MB")
     names = {part.filename for part in parts}
     if "content.xml" in names:
         return opendocument_sheets(name, data)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fieldcam.store.recovery.mending import Recovered
+from fieldcam.store.recovery.mending import Mended, Recovered
 from fieldcam.words import number_of
 
 
@@ -13,8 +13,7 @@ def recovery_lines(found: Recovered) -> Iterator[str]:
     if found.kept_as is not None:
         yield f"The database as it was is kept as {found.kept_as}."
     if found.mended is not None:
-        rows, lost = found.mended.salvaged, found.mended.lost
-        yield f"Rows of the damaged database: {rows} taken over, {lost} lost."
+        yield _salvaged(found.mended)
     elif not found.pictures:
         yield "The database is whole."
     if found.pictures:
@@ -26,3 +25,12 @@ def recovery_lines(found: Recovered) -> Iterator[str]:
     for file in found.files:
         if file not in found.report.problems:
             yield f"{file.name} is {file.fault}: it belongs to {file.belongs_to}."
+
+
+def _salvaged(mended: Mended) -> str:
+    if mended.salvaged == 0:
+        return (
+            "Nothing could be read of the damaged database: what was decided, noted, marked and"
+            " typed in is gone."
+        )
+    return f"Rows of the damaged database: {mended.salvaged} taken over, {mended.lost} lost."
