@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from export.evaluate import VALIDATION, Outcome, figures, read_truth
-from fieldcam.calibration.readers import load_rectified
+from fieldcam.calibration.reading.readers import load_rectified
 from fieldcam.exchange.images import read_pair
 from fieldcam.exchange.reading_report import reading_report
 from fieldcam.models import find_models

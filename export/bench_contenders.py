@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 import cv2
 import numpy as np
 
-from fieldcam.calibration.readers import load_rectified
+from fieldcam.calibration.reading.readers import load_rectified
 from fieldcam.cli.networks import checked_models
 from fieldcam.exchange.images import read_pair
 from fieldcam.values import Calibration, Matcher, Method, Settings, StereoPair

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from export.evaluate import VALIDATION, read_truth
-from fieldcam.calibration.readers import load_rectified
+from fieldcam.calibration.reading.readers import load_rectified
 from fieldcam.exchange.images import read_pair
 from fieldcam.models import find_models
 from fieldcam.values import (

@@ -23,7 +23,7 @@ import cv2
 import numpy as np
 
 from export.render_orchard import DAYS, Order, write
-from fieldcam.calibration.readers import load_rectified
+from fieldcam.calibration.reading.readers import load_rectified
 from fieldcam.exchange.images import read_pair
 from fieldcam.models import find_models
 from fieldcam.simulator import BlockPlan, Faults, SimulatedCapture, Spoiling

@@ -29,7 +29,7 @@ from fieldcam.calibration.drift import (
     tag_disparity_px,
     tag_size_error,
 )
-from fieldcam.calibration.readers import load_rectified
+from fieldcam.calibration.reading.readers import load_rectified
 from fieldcam.exchange.images import read_image, read_pair
 from fieldcam.images.grey import as_grey
 from fieldcam.models import find_models

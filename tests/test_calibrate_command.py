@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from rendered_boards import Head, photograph, printed_charuco, random_head, random_poses
 
-from fieldcam.calibration.readers import load_stereo_rig
-from fieldcam.calibration.sources import WHOLE, open_documents
+from fieldcam.calibration.reading.readers import load_stereo_rig
+from fieldcam.calibration.reading.sources import WHOLE, open_documents
 from fieldcam.camera import finding
 from fieldcam.camera.preview import Preview
 from fieldcam.cli import main

@@ -14,7 +14,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fieldcam.calibration.readers import load_rectified, load_stereo_rig
+from fieldcam.calibration.reading.readers import load_rectified, load_stereo_rig
 from fieldcam.errors import CalibrationInvalid, FieldcamError
 from fieldcam.values import Calibration
 

@@ -14,9 +14,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fieldcam.calibration.camera_info import Window
-from fieldcam.calibration.readers import load_camera, load_rectified, load_stereo_rig
-from fieldcam.calibration.sources import WHOLE, open_documents
+from fieldcam.calibration.reading.camera_info import Window
+from fieldcam.calibration.reading.readers import load_camera, load_rectified, load_stereo_rig
+from fieldcam.calibration.reading.sources import WHOLE, open_documents
 from fieldcam.errors import CalibrationInvalid
 from fieldcam.values import Calibration
 

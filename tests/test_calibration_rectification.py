@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from fieldcam.calibration.documents import CalibrationDocument
+from fieldcam.calibration.reading.documents import CalibrationDocument
 from fieldcam.calibration.rectification import Rectifier, demosaic, develop
 from fieldcam.calibration.rig import EyeLens, StereoRig, assemble_rig
 from fieldcam.errors import PairMismatch

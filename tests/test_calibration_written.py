@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from recorded_pairs import write_calibration
 from rendered_boards import Head, random_head
 
-from fieldcam.calibration.readers import load_camera, load_rectified, load_stereo_rig
+from fieldcam.calibration.reading.readers import load_camera, load_rectified, load_stereo_rig
+from fieldcam.calibration.reading.sources import WHOLE, open_documents
 from fieldcam.calibration.rectifying import rectified_rig
 from fieldcam.calibration.rig import EyeLens, StereoRig
 from fieldcam.calibration.solving import Lens, RawStereo
-from fieldcam.calibration.sources import WHOLE, open_documents
 from fieldcam.calibration.written import calibration_files
 from fieldcam.disk.durable import write_folder_durably
 from fieldcam.errors import StorageError

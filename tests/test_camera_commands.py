@@ -27,7 +27,7 @@ from register_files import HEAD
 from fieldcam.camera.usb3vision import holders
 from fieldcam.camera.usb3vision.usb_faults import UDEV_RULE
 from fieldcam.cli import doctor, main
-from fieldcam.cli.camera_features import feature_lines
+from fieldcam.cli.cameras.features import feature_lines
 from fieldcam.errors import ExitCode
 
 HERE = Path(__file__).parent

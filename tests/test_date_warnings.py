@@ -10,7 +10,7 @@ import pytest
 from called_commands import Capture, run
 from grown_walks import DAYS, GROWN, START, grown_field
 
-from fieldcam.growth.date_warnings import doubtful_dates, other_year
+from fieldcam.growth.warnings.dates import doubtful_dates, other_year
 
 TODAY = date(2026, 5, 30)
 SIZES = ((8.8, 10.5, 12.2), (6.4, 7.4, 8.3), (7.7, 8.8, 8.9), (7.5, 10.1, 12.6))

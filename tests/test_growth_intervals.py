@@ -11,7 +11,7 @@ from growth_coverage import Case, coverage, trial
 from made_records import NOT_SEEN, fast_ones, made_block, made_fruitlet, on
 from planned_blocks import Measuring, day_date, measured_block
 
-from fieldcam.cli.growth_words import growth_lines
+from fieldcam.cli.over_days.growth_words import growth_lines
 from fieldcam.exchange.growth_report import growth_report
 from fieldcam.growth.crop import CropPlan
 from fieldcam.growth.forecast import forecast

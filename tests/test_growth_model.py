@@ -15,13 +15,13 @@ from planned_blocks import Measuring, day_date, measured_block, true_set_pct
 
 from fieldcam.errors import BadInput
 from fieldcam.growth.crop import CropPlan, CropVerdict, crop_forecast
-from fieldcam.growth.doubts import Doubt, doubts_told
 from fieldcam.growth.forecast import Forecast, FruitletState, counts_of, forecast, trend
 from fieldcam.growth.influence import influences
 from fieldcam.growth.records import BlockRecord, FruitletRecord, SizeSource
 from fieldcam.growth.size_order import in_size_order
 from fieldcam.growth.visits import BlockVisit, chosen_interval, visits_of
-from fieldcam.growth.warnings import warnings_about
+from fieldcam.growth.warnings.block import warnings_about
+from fieldcam.growth.warnings.doubts import Doubt, doubts_told
 from fieldcam.simulator.plan import BlockPlan
 
 

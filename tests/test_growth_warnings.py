@@ -12,7 +12,7 @@ from fieldcam.growth.forecast import forecast
 from fieldcam.growth.records import BlockRecord, FruitletRecord, SizeSource
 from fieldcam.growth.sprays import SprayDay
 from fieldcam.growth.visits import chosen_interval
-from fieldcam.growth.warnings import warnings_about
+from fieldcam.growth.warnings.block import warnings_about
 
 
 def many_clusters(first_mm: float = 8.0, rate: float = 0.8, days: int = 4) -> list[FruitletRecord]:

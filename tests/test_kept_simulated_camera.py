@@ -8,7 +8,7 @@ import pytest
 from made_readings import CAMERA
 from stored_walks import MadeWalk, small_store
 
-from fieldcam.calibration.readers import load_camera
+from fieldcam.calibration.reading.readers import load_camera
 from fieldcam.calibration.rectified_file import rectified_file
 from fieldcam.session.calibrating import keep_known
 from fieldcam.values import Calibration

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fieldcam.cli.cameras import RULE
+from fieldcam.cli.cameras.commands import RULE
 from fieldcam.cli.main import main
 from fieldcam.models import SHIPPED_FOLDER, find_models, verify_model
 

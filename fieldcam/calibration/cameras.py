@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from fieldcam.calibration.readers import load_camera
+from fieldcam.calibration.reading.readers import load_camera
 from fieldcam.calibration.rectification import Rectifier
 from fieldcam.values import Calibration, StereoPair
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from fieldcam.calibration.boards import Pixels
-from fieldcam.calibration.documents import Array
+from fieldcam.calibration.reading.documents import Array
 
 FOCAL_GUESSES = (0.45, 0.3, 0.6)
 """Of the picture's width; the solver finds nothing from a start that is far off."""

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from fieldcam.calibration.boards import Pixels
-from fieldcam.calibration.documents import Array
+from fieldcam.calibration.reading.documents import Array
 
 USUAL_FOCAL = 1.2
 """Focal length of a stereo head's lens in widths of its picture, before it is known."""

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from fieldcam.calibration.boards import BoardView, Pixels
-from fieldcam.calibration.documents import Array
+from fieldcam.calibration.reading.documents import Array
 from fieldcam.calibration.rig import BASELINE_RANGE_MM, EyeLens, StereoRig
 from fieldcam.calibration.solving import Lens, RawStereo
 from fieldcam.errors import CalibrationInvalid

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fieldcam.calibration.documents import MILLIMETRES_PER_UNIT, Array, CalibrationDocument
+from fieldcam.calibration.reading.documents import MILLIMETRES_PER_UNIT, Array, CalibrationDocument
 from fieldcam.values import Calibration
 
 BASELINE_RANGE_MM = (10.0, 1000.0)

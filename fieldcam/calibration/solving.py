@@ -16,9 +16,9 @@ import cv2
 import numpy as np
 
 from fieldcam.calibration.boards import BoardView, Pixels
-from fieldcam.calibration.documents import Array
 from fieldcam.calibration.fisheye import fits_fisheye
 from fieldcam.calibration.poses import BoardPose, board_pose, find_pose, usual_pose
+from fieldcam.calibration.reading.documents import Array
 from fieldcam.errors import CalibrationInvalid
 
 MIN_VIEWS = 8

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 import yaml
 
-from fieldcam.calibration.documents import (
+from fieldcam.calibration.reading.documents import (
     CALIBRATION_NAMES,
     MILLIMETRES_PER_UNIT,
     SERIALS,

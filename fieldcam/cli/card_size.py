@@ -26,7 +26,7 @@ def add_block_of_cards(parser: Parser) -> None:
 
 def tag_size_of(arguments: argparse.Namespace) -> float:
     """In mm: what was said, else what is set up in the named block."""
-    from fieldcam.cli.stored_block import stored_block
+    from fieldcam.cli.over_days.stored_block import stored_block
     from fieldcam.store.folder import data_path
     from fieldcam.store.queries.blocks import tag_size_mm
     from fieldcam.store.read_only import open_read_only

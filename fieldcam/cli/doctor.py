@@ -16,7 +16,7 @@ from uuid import uuid4
 
 from fieldcam import __version__
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
-from fieldcam.cli.camera_listing import SLOW, SPEEDS
+from fieldcam.cli.cameras.listing import SLOW, SPEEDS
 from fieldcam.cli.console import emit, emit_json, printable, table
 from fieldcam.disk.durable import write_durably
 from fieldcam.errors import FieldcamError, UsbLibraryMissing
@@ -147,7 +147,7 @@ def _self_test(models: Models) -> Check:
 
 
 def _calibration(data: Path) -> Check:
-    from fieldcam.calibration.readers import load_camera
+    from fieldcam.calibration.reading.readers import load_camera
     from fieldcam.store.calibrations import calibration_in_use
 
     try:

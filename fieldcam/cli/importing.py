@@ -100,7 +100,7 @@ def _outcomes(arguments: argparse.Namespace, found: CaptureFolder) -> Iterator[O
 
 def _doubt_the_days(database: Database, name: str, found: CaptureFolder) -> None:
     """Those of the folder together with those that the block has."""
-    from fieldcam.growth.date_warnings import doubtful_dates
+    from fieldcam.growth.warnings.dates import doubtful_dates
     from fieldcam.store.queries.blocks import block_named, visits
 
     block = block_named(database, name)

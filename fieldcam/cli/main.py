@@ -13,13 +13,8 @@ from pathlib import Path
 from fieldcam import __version__
 from fieldcam.cli import (
     app,
-    calibrating,
-    cameras,
     demo,
     doctor,
-    evaluating,
-    exporting,
-    growth,
     importing,
     models,
     recovering,
@@ -30,7 +25,10 @@ from fieldcam.cli import (
     tag_cards,
 )
 from fieldcam.cli.arguments import Parser
+from fieldcam.cli.cameras import calibrating
+from fieldcam.cli.cameras import commands as cameras
 from fieldcam.cli.console import flush, narrate
+from fieldcam.cli.over_days import evaluating, exporting, growth
 from fieldcam.errors import OF_SIGNALS, ExitCode, FieldcamError, OutputLost, Stopped
 from fieldcam.safe_path import keep_children_safe
 from fieldcam.user_folders import UserFolder, temporary_folder, user_folder

@@ -95,7 +95,7 @@ def _size(arguments: argparse.Namespace) -> None:
 
 def _load(arguments: argparse.Namespace) -> tuple[StereoPair, Calibration]:
     """The rectified pair and its camera."""
-    from fieldcam.calibration.readers import load_rectified, load_stereo_rig
+    from fieldcam.calibration.reading.readers import load_rectified, load_stereo_rig
     from fieldcam.calibration.rectification import Rectifier
     from fieldcam.exchange.holes import torn_eyes
     from fieldcam.exchange.images import check_against, read_pair

@@ -131,7 +131,7 @@ def _open_matcher(arguments: argparse.Namespace) -> StereoMatcher:
 
 
 def _calibration_for(image: ImageU8, path: Path | None) -> Calibration | None:
-    from fieldcam.calibration.readers import load_rectified
+    from fieldcam.calibration.reading.readers import load_rectified
     from fieldcam.exchange.images import check_against
 
     if path is None:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
 from pathlib import Path
 
-from fieldcam.calibration.documents import CALIBRATION_NAMES
+from fieldcam.calibration.reading.documents import CALIBRATION_NAMES
 from fieldcam.errors import BadInput
 from fieldcam.exchange.checksums import Checksums, is_list, read_checksums
 from fieldcam.values import HIGHEST_TAG_ID

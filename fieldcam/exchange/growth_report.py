@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 from fieldcam.exchange.json_form import Json
 from fieldcam.growth.crop import CropForecast
-from fieldcam.growth.doubts import is_doubtful
 from fieldcam.growth.forecast import Forecast, FruitletForecast
 from fieldcam.growth.influence import ClusterInfluence
 from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.resampling import Interval
+from fieldcam.growth.warnings.doubts import is_doubtful
 
 
 def growth_report(growth: Outlook, notes: Sequence[str]) -> Json:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from fieldcam.calibration.readers import load_camera
+from fieldcam.calibration.reading.readers import load_camera
 from fieldcam.errors import BadInput, PairMismatch
 from fieldcam.exchange.capture_folder import CaptureFile
 from fieldcam.exchange.image_files import ImageFile, check_same_size, read_image_file

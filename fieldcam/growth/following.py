@@ -8,11 +8,11 @@ from datetime import date
 
 import numpy as np
 
-from fieldcam.growth.doubts import Doubt, growth_doubt, is_doubtful, may_be_reference
 from fieldcam.growth.grown import Growth, ends_of, growth_of
 from fieldcam.growth.noise import NOISE
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, SizeSource
 from fieldcam.growth.visits import BlockVisit, visits_of
+from fieldcam.growth.warnings.doubts import Doubt, growth_doubt, is_doubtful, may_be_reference
 
 OUTLIER_Z = 3.0
 """Sizes this far from their visit's mean are left out (paper, "Fruitlet Sizing")."""

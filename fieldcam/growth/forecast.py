@@ -16,7 +16,6 @@ from statistics import median
 import numpy as np
 
 from fieldcam.errors import BadInput
-from fieldcam.growth.doubts import MAX_MM_PER_DAY, Doubt
 from fieldcam.growth.following import FollowedFruitlet, follow, growth_of_sure
 from fieldcam.growth.grown import Growth
 from fieldcam.growth.noise import NOISE
@@ -24,6 +23,7 @@ from fieldcam.growth.records import BlockRecord, FruitletRecord, SizeSource
 from fieldcam.growth.reference import FASTEST, Reference, mean_of_fastest
 from fieldcam.growth.resampling import Interval, Resampled, interval90, resample
 from fieldcam.growth.visits import BlockVisit, intervals, visit_on, visits_of
+from fieldcam.growth.warnings.doubts import MAX_MM_PER_DAY, Doubt
 
 
 class FruitletState(StrEnum):

@@ -8,9 +8,9 @@ from itertools import islice
 
 import numpy as np
 
-from fieldcam.growth.doubts import may_be_reference
 from fieldcam.growth.forecast import Counts, Forecast, FruitletForecast, FruitletState, counts_of
 from fieldcam.growth.reference import FASTEST, PERSISTS_ABOVE, mean_of_fastest
+from fieldcam.growth.warnings.doubts import may_be_reference
 from fieldcam.values import Floats
 
 

@@ -16,7 +16,7 @@ from fieldcam.growth.influence import ClusterInfluence, influences
 from fieldcam.growth.records import BlockRecord
 from fieldcam.growth.sprays import SprayDay, last_spray
 from fieldcam.growth.visits import chosen_interval
-from fieldcam.growth.warnings import Warning, warnings_about
+from fieldcam.growth.warnings.block import Warning, warnings_about
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,10 +21,10 @@ from fieldcam.growth.deconvolution import (
     likelihoods,
     rate_grid,
 )
-from fieldcam.growth.doubts import may_be_reference
 from fieldcam.growth.following import FollowedFruitlet
 from fieldcam.growth.noise import SizingNoise
 from fieldcam.growth.reference import PERSISTS_ABOVE, weighted_means_of_fastest
+from fieldcam.growth.warnings.doubts import may_be_reference
 from fieldcam.values import BoolMask, Floats
 
 RESAMPLES = 200

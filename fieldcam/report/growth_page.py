@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from fieldcam.growth.crop import CropVerdict
-from fieldcam.growth.doubts import SURE, Doubt, doubts_told
 from fieldcam.growth.following import visits_between
 from fieldcam.growth.forecast import Forecast, FruitletForecast, FruitletState
 from fieldcam.growth.grown import Measured, ends_of
@@ -14,6 +13,7 @@ from fieldcam.growth.outlook import Outlook
 from fieldcam.growth.records import SizeSource
 from fieldcam.growth.reference import FASTEST, PERSISTS_ABOVE
 from fieldcam.growth.visits import BlockVisit, visits_of
+from fieldcam.growth.warnings.doubts import SURE, Doubt, doubts_told
 from fieldcam.report.growth_plots import rate_histogram, trend_plot
 from fieldcam.report.page import (
     Html,

@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fieldcam.calibration.readers import load_camera
+from fieldcam.calibration.reading.readers import load_camera
+from fieldcam.calibration.reading.sources import open_documents
 from fieldcam.calibration.rectified_file import rectified_file
-from fieldcam.calibration.sources import open_documents
 from fieldcam.errors import CalibrationInvalid, FieldcamError, StorageError
 from fieldcam.foreign.bounds import CALIBRATION
 from fieldcam.foreign.files import read_foreign

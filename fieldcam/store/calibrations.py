@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from datetime import date
 from pathlib import Path
 
-from fieldcam.calibration.documents import CALIBRATION_NAMES
+from fieldcam.calibration.reading.documents import CALIBRATION_NAMES
 from fieldcam.errors import StorageError
 
 FOLDER_NAME = "calibrations"

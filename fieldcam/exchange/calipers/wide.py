@@ -10,8 +10,8 @@ from math import floor
 from fieldcam.exchange.calipers.columns import CERTAINTY, DIAM, DOUBT, MEASURED_BY, STATE
 from fieldcam.exchange.calipers.record import record_of_sizes
 from fieldcam.exchange.tables.written import csv_text
-from fieldcam.growth.doubts import doubts_told, is_doubtful
 from fieldcam.growth.records import BlockRecord, FruitletRecord, Presence, SizeSource
+from fieldcam.growth.warnings.doubts import doubts_told, is_doubtful
 
 Cell = Callable[[FruitletRecord], str]
 

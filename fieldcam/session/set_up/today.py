@@ -8,7 +8,7 @@ from datetime import date, datetime, timedelta
 
 from fieldcam import RELEASED
 from fieldcam.exchange.capture_folder import recording_day
-from fieldcam.growth.date_warnings import LONGEST_SEASON
+from fieldcam.growth.warnings.dates import LONGEST_SEASON
 from fieldcam.store.clock import Moment
 
 

@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise, product
 
-from fieldcam.growth.doubts import SURE, Doubt, growth_doubt
 from fieldcam.growth.grown import Growth, sd_of_difference
 from fieldcam.growth.noise import NOISE
 from fieldcam.growth.places import MatchWord, Place, Track, TrackedVisit
 from fieldcam.growth.records import Presence, SizeSource
+from fieldcam.growth.warnings.doubts import SURE, Doubt, growth_doubt
 from fieldcam.session.state import Shown
 from fieldcam.store.rows.fruit import AssociationWord, MissingWord
 from fieldcam.store.rows.judgements import Answer

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import timedelta
 from statistics import mean
 
-from fieldcam.growth.doubts import MAX_MM_PER_DAY
+from fieldcam.growth.warnings.doubts import MAX_MM_PER_DAY
 from fieldcam.session.over_days.days import ClusterDay
 from fieldcam.store.queries.history import CaptureRecord, ReadingSummary
 from fieldcam.store.queries.said import StandingWord

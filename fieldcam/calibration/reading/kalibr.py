@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from fieldcam.calibration.documents import Array, CalibrationDocument
-from fieldcam.calibration.lens_models import check_lens
+from fieldcam.calibration.reading.documents import Array, CalibrationDocument
+from fieldcam.calibration.reading.lens_models import check_lens
 
 EYES = ("cam0", "cam1")
 FROM_FIRST = "T_cn_cnm1"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from fieldcam.calibration.yaml_entries import Entry
+from fieldcam.calibration.reading.yaml_entries import Entry
 from fieldcam.errors import CalibrationInvalid
 
 SAME_CAMERA = ("header",)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fieldcam import __version__
-from fieldcam.cli.camera_features import feature_lines
-from fieldcam.cli.camera_listing import camera_entry, camera_lines
+from fieldcam.cli.cameras.features import feature_lines
+from fieldcam.cli.cameras.listing import camera_entry, camera_lines
 from fieldcam.cli.console import printable, screen_width, table
 from fieldcam.words import number_of
 

@@ -6,9 +6,9 @@ import argparse
 from pathlib import Path
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
-from fieldcam.cli.chosen_camera import add_serial, choose_cameras
+from fieldcam.cli.cameras.chosen import add_serial, choose_cameras
+from fieldcam.cli.cameras.report import Findings, document, lines
 from fieldcam.cli.console import emit, emit_json, narrate
-from fieldcam.cli.probe_report import Findings, document, lines
 
 
 def register(actions: Subparsers[Parser]) -> None:
@@ -36,7 +36,7 @@ def _probe(arguments: argparse.Namespace) -> None:
         for line in lines(findings):
             emit(line)
     if arguments.out is not None:
-        from fieldcam.cli.probe_bundle import bundle
+        from fieldcam.cli.cameras.bundle import bundle
 
         write_target(arguments.out, bundle(findings))
         narrate(f"{arguments.out} is written; the README.txt in it says what to send with it.")

@@ -7,8 +7,8 @@ import json
 import zipfile
 from collections.abc import Iterator
 
-from fieldcam.cli.camera_features import feature_lines
-from fieldcam.cli.probe_report import (
+from fieldcam.cli.cameras.features import feature_lines
+from fieldcam.cli.cameras.report import (
     Findings,
     device_lines,
     document,

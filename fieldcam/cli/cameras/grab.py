@@ -16,7 +16,7 @@ from fieldcam.cli.arguments import (
     positive_count,
     tag_id,
 )
-from fieldcam.cli.chosen_camera import CHECK_CABLE
+from fieldcam.cli.cameras.chosen import CHECK_CABLE
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.progress import progress
 from fieldcam.errors import BadInput, CameraUnplugged, DeviceError, StorageError

@@ -6,9 +6,11 @@ import argparse
 from pathlib import Path
 
 import fieldcam
-from fieldcam.cli import camera_features, camera_grab, camera_probe
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
-from fieldcam.cli.camera_listing import camera_entry, camera_lines
+from fieldcam.cli.cameras import features as camera_features
+from fieldcam.cli.cameras import grab as camera_grab
+from fieldcam.cli.cameras import probe as camera_probe
+from fieldcam.cli.cameras.listing import camera_entry, camera_lines
 from fieldcam.cli.console import emit, emit_json, narrate
 
 GROUPS = (camera_probe, camera_grab, camera_features)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 
-from fieldcam.calibration.yaml_entries import Entry
+from fieldcam.calibration.reading.yaml_entries import Entry
 
 SECTION = re.compile(r"\[([^\[\]]{1,200})\]")
 NAMES = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from statistics import median
 
-from fieldcam.growth.doubts import Doubt
 from fieldcam.growth.forecast import Forecast, FruitletForecast, FruitletState
 from fieldcam.growth.records import Presence, SizeSource
 from fieldcam.growth.visits import BlockVisit, visits_of
+from fieldcam.growth.warnings.doubts import Doubt
 from fieldcam.words import number_of
 
 MAX_SHRUNK_MM = 1.0

@@ -10,12 +10,12 @@ import codecs
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from fieldcam.calibration.documents import CalibrationDocument
-from fieldcam.calibration.kalibr import is_kalibr, spelt_out
-from fieldcam.calibration.ost_text import is_ost, ost_eyes
-from fieldcam.calibration.printed import one_camera, unwrapped
-from fieldcam.calibration.tarball import STEMS, SUFFIXES, tarball_texts
-from fieldcam.calibration.yaml_entries import Entry, YamlRefused, yaml_mappings
+from fieldcam.calibration.reading.documents import CalibrationDocument
+from fieldcam.calibration.reading.kalibr import is_kalibr, spelt_out
+from fieldcam.calibration.reading.ost_text import is_ost, ost_eyes
+from fieldcam.calibration.reading.printed import one_camera, unwrapped
+from fieldcam.calibration.reading.tarball import STEMS, SUFFIXES, tarball_texts
+from fieldcam.calibration.reading.yaml_entries import Entry, YamlRefused, yaml_mappings
 from fieldcam.errors import CalibrationInvalid
 from fieldcam.foreign.bounds import CALIBRATION, TARBALL
 from fieldcam.foreign.files import open_foreign, too_large

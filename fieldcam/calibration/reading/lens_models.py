@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fieldcam.calibration.documents import Array, CalibrationDocument
+from fieldcam.calibration.reading.documents import Array, CalibrationDocument
 
 NAMED_UNDER = ("camera_model", "distortion_model", "distortion_type", "lens_model", "model_type")
 FLAGGED_UNDER = ("fisheye", "fisheye_model", "is_fisheye")

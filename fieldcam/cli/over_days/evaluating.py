@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json, name
 from fieldcam.cli.console import emit, emit_json, narrate
 from fieldcam.cli.looking import looked_at
+from fieldcam.cli.over_days.stored_block import stored_block
 from fieldcam.cli.progress import progress
-from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def register(commands: Subparsers[Parser]) -> None:
 
 
 def _evaluate(arguments: argparse.Namespace) -> None:
-    from fieldcam.cli.evaluation_words import evaluation_lines
+    from fieldcam.cli.over_days.evaluation_words import evaluation_lines
     from fieldcam.exchange.calipers.reading import read_calipers
     from fieldcam.exchange.evaluation_report import evaluation_report
     from fieldcam.growth.records import SizeSource
@@ -78,8 +78,8 @@ def _evaluate(arguments: argparse.Namespace) -> None:
 def _evaluated(
     arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary, table: CaliperTable
 ) -> Evaluation:
-    from fieldcam.growth.date_warnings import doubtful_dates, other_year
     from fieldcam.growth.evaluation.evaluating import Evaluation, score_readings
+    from fieldcam.growth.warnings.dates import doubtful_dates, other_year
     from fieldcam.session.over_days.evaluating import (
         clusters_of_one,
         named_clusters,

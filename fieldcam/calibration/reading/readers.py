@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fieldcam.calibration.camera_info import (
+from fieldcam.calibration.reading.camera_info import (
     PROJECTION,
     Window,
     check_picture,
@@ -21,8 +21,17 @@ from fieldcam.calibration.camera_info import (
     raw_eye,
     window,
 )
-from fieldcam.calibration.documents import Array, CalibrationDocument
-from fieldcam.calibration.lens_models import check_lens
+from fieldcam.calibration.reading.documents import Array, CalibrationDocument
+from fieldcam.calibration.reading.lens_models import check_lens
+from fieldcam.calibration.reading.sources import (
+    EXTRINSICS,
+    INTRINSICS,
+    LEFT,
+    RIGHT,
+    Documents,
+    open_documents,
+    read_document,
+)
 from fieldcam.calibration.rig import (
     FOCAL_TOLERANCE,
     EyeLens,
@@ -32,15 +41,6 @@ from fieldcam.calibration.rig import (
     checked_eye,
     projection_baseline_mm,
     projection_focal_px,
-)
-from fieldcam.calibration.sources import (
-    EXTRINSICS,
-    INTRINSICS,
-    LEFT,
-    RIGHT,
-    Documents,
-    open_documents,
-    read_document,
 )
 from fieldcam.errors import CalibrationInvalid
 from fieldcam.values import Calibration

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fieldcam.calibration.documents import Array, CalibrationDocument
-from fieldcam.calibration.lens_models import check_lens
+from fieldcam.calibration.reading.documents import Array, CalibrationDocument
+from fieldcam.calibration.reading.lens_models import check_lens
 from fieldcam.calibration.rig import EyeLens, checked_eye
 
 PROJECTION = ("P", "p", "projection_matrix")

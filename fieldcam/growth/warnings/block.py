@@ -7,20 +7,20 @@ from dataclasses import dataclass
 from datetime import date
 from statistics import mean
 
-from fieldcam.growth.date_warnings import doubtful_dates
-from fieldcam.growth.doubts import MAX_MM_PER_DAY, SURE, Doubt
 from fieldcam.growth.forecast import Forecast, FruitletState
 from fieldcam.growth.records import FruitletRecord, SizeSource
 from fieldcam.growth.reference import FASTEST
 from fieldcam.growth.sprays import SprayDay, last_spray
-from fieldcam.growth.tag_warnings import (
+from fieldcam.growth.visits import MIN_DAYS, undecided_pictures, unread_pictures, visits_of
+from fieldcam.growth.warnings.dates import doubtful_dates
+from fieldcam.growth.warnings.doubts import MAX_MM_PER_DAY, SURE, Doubt
+from fieldcam.growth.warnings.tags import (
     emptied_clusters,
     mixed_up_clusters,
     named,
     other_clusters,
     tags_changed,
 )
-from fieldcam.growth.visits import MIN_DAYS, undecided_pictures, unread_pictures, visits_of
 from fieldcam.words import number_of
 
 MIN_START_MM = 6.0

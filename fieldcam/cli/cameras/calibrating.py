@@ -18,7 +18,7 @@ from fieldcam.cli.arguments import (
     positive_count,
     positive_number,
 )
-from fieldcam.cli.board_taking import take_pairs
+from fieldcam.cli.cameras.boards import take_pairs
 from fieldcam.cli.console import emit, emit_json, narrate, table
 from fieldcam.cli.progress import progress
 from fieldcam.errors import BadInput

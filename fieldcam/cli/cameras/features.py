@@ -9,7 +9,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
-from fieldcam.cli.chosen_camera import add_serial, choose_camera
+from fieldcam.cli.cameras.chosen import add_serial, choose_camera
 from fieldcam.cli.console import emit, emit_json, narrate, printable, screen_width, table
 from fieldcam.errors import CameraUnsupported, FeatureFileInvalid
 

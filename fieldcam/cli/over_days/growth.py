@@ -20,8 +20,8 @@ from fieldcam.cli.arguments import (
 )
 from fieldcam.cli.console import emit, emit_json, narrate
 from fieldcam.cli.looking import READ_AGAIN, looked_at
+from fieldcam.cli.over_days.stored_block import stored_block
 from fieldcam.cli.progress import progress
-from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
 from fieldcam.growth.places import Association
 from fieldcam.growth.size_rule import SizeRule
@@ -104,7 +104,7 @@ class _Told:
 
 
 def _growth(arguments: argparse.Namespace) -> None:
-    from fieldcam.cli.growth_words import growth_lines
+    from fieldcam.cli.over_days.growth_words import growth_lines
     from fieldcam.disk.targets import check_target
     from fieldcam.exchange.growth_report import growth_report
 
@@ -142,7 +142,7 @@ def _of_stored(arguments: argparse.Namespace) -> _Told:
 
 
 def _of_block(arguments: argparse.Namespace, store: ReadOnlyStore, block: BlockSummary) -> _Told:
-    from fieldcam.growth.warnings import Warning
+    from fieldcam.growth.warnings.block import Warning
     from fieldcam.session.over_days.block_growth import COMPARED, block_outlook, known_clusters
     from fieldcam.session.over_days.growing import block_rows
     from fieldcam.store.folder import DataKind

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, name
 from fieldcam.cli.console import narrate
 from fieldcam.cli.looking import looked_at
+from fieldcam.cli.over_days.stored_block import stored_block
 from fieldcam.cli.progress import progress
-from fieldcam.cli.stored_block import stored_block
 from fieldcam.errors import BadInput
 from fieldcam.words import number_of
 

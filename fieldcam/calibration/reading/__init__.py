@@ -1,0 +1,1 @@
+"""Calibrations of all programs: their files, read."""

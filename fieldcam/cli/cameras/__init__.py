@@ -1,0 +1,1 @@
+"""Cameras on the command line: what is attached, its settings, calibration."""

@@ -1,0 +1,1 @@
+"""Growth, evaluation and export on the command line."""
