@@ -223,7 +223,7 @@ def test_a_bad_route_keeps_its_question_open(north: SetUp, tmp_path: Path) -> No
         await driven.press("e")
         await choose(driven, Subject.ROUTE)
         await driven.type(str(tmp_path / "nowhere.csv"))
-        assert "There is no file" in driven.text
+        assert "There is no table" in driven.text
         await driven.type(str(route))
         assert "route.csv, line 3: tag 5 is in line 2 already." in driven.text
         assert driven.app.screen.query_one(Input).value == str(route)
