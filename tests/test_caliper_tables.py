@@ -284,6 +284,18 @@ BAD = {
     WIDE.replace("diam.2026-05-10", "diam.1"): "gala.csv: column diam.1 has a number, others",
     WIDE.replace("2026-05-10", "1").replace("2026-05-14", "2"): "gala.csv numbers its visits",
     LONG.replace("diameter_mm", "diameter_cm"): "gala.csv: column diameter_cm seems to be in cent",
+    LONG.replace(
+        "diameter_mm", "diameter_in"
+    ): "gala.csv: column diameter_in seems to be in inches",
+    LONG.replace("diameter_mm", "diam (inch)"): "gala.csv: column diam_inch seems to be in inches",
+    LONG.replace("diameter_mm", "Size [in]"): "gala.csv: column size_in seems to be in inches",
+    LONG.replace(
+        "diameter_mm", "Diameter in inches"
+    ): "gala.csv: column diameter_inches seems to be",
+    LONG.replace(
+        "diameter_mm", "Diameter [\u00b5m]"
+    ): "gala.csv: column diameter_\u00b5m seems to be in micrometres",
+    WIDE.replace("diam.2026-05-10", "diam.2026-05-10 (in)"): "gala.csv: column diam.2026-05-10_in",
     LONG.replace("2026-05-14,17,1", "2026-05-14,17,"): "gala.csv, line 5, column diameter_mm: this",
     LONG.replace(
         "2026-05-14,17,1", "14/15/26,17,1"
@@ -294,6 +306,15 @@ BAD = {
     " 2026-05-10 are 2.9 in the middle; are they in centimetres?",
     WIDE.replace("11.0", "1.1").replace("12.0", "1.2"): "gala.csv: the sizes of 2026-05-14 are 1.1",
 }
+
+
+@pytest.mark.parametrize("heading", ["Diameter in mm", "Diameter (mm)", "diam, mm", "Size [mm]"])
+def test_millimetres_may_be_named(tmp_path: Path, heading: str) -> None:
+    path = tmp_path / "gala.csv"
+    path.write_text(LONG)
+    plain = read_calipers(path).record
+    path.write_text(LONG.replace("diameter_mm", f'"{heading}"'))
+    assert read_calipers(path).record == plain
 
 
 @pytest.mark.parametrize("text", BAD)

@@ -7,6 +7,7 @@ import shutil
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from dataclasses import replace
 from datetime import UTC
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ from fieldcam.session.importing import import_pairs
 from fieldcam.store.clock import Moment
 from fieldcam.store.connection import rows
 from fieldcam.store.facts import CaptureFacts, dump_facts, load_facts
-from fieldcam.store.folder import DataKind
+from fieldcam.store.folder import MARKER_NAME, DataKind
 from fieldcam.store.read_only import open_read_only
 from fieldcam.store.recovery.integrity import full_check, rehash
 from fieldcam.store.recovery.mending import recover
@@ -277,6 +278,45 @@ def test_the_command_says_what_it_did(tmp_path: Path, capsys: pytest.CaptureFixt
     assert (found["pictures_rebuilt"], found["unread"], found["files"]) == (6, 6, [])
     assert main(["--data", str(tmp_path / "other"), "recover"]) == ExitCode.OK
     assert capsys.readouterr().out == "The database is whole.\n"
+
+
+@pytest.mark.parametrize("pictures", [0, 6])
+@pytest.mark.parametrize("kind", list(DataKind))
+def test_a_folder_without_its_marker_is_told_and_mended(
+    tmp_path: Path, kind: DataKind, pictures: int
+) -> None:
+    with open_store(tmp_path, kind) as store:
+        for n in range(pictures):
+            store.save(replace(raw_pair(n), simulated=kind is DataKind.SIMULATED))
+    marker = tmp_path / MARKER_NAME
+    before = marker.read_bytes()
+    marker.unlink()
+    for opened in (lambda: open_store(tmp_path, kind), lambda: open_read_only(tmp_path)):
+        with pytest.raises(StorageError, match=f"holds a database.* but no {MARKER_NAME}") as told:
+            opened()
+        assert "`fieldcam recover`" in told.value.hint
+    assert not marker.exists()
+    recover(tmp_path)
+    expected = before if pictures else before.replace(b"simulated", b"field")
+    assert marker.read_bytes() == expected
+
+
+def test_a_folder_by_the_databases_name_is_told(tmp_path: Path) -> None:
+    walk_of(tmp_path)
+    file = tmp_path / DATABASE_NAME
+    file.unlink()
+    file.mkdir()
+    ways = (
+        lambda: recover(tmp_path),
+        lambda: open_store(tmp_path, DataKind.FIELD),
+        lambda: open_read_only(tmp_path),
+    )
+    for way in ways:
+        with pytest.raises(StorageError, match="is a folder, and the database") as told:
+            way()
+        assert "Move this folder away" in told.value.hint
+    file.rename(tmp_path / "elsewhere")
+    assert recover(tmp_path).pictures == 6
 
 
 def test_a_foreign_database_is_left_as_it_is(tmp_path: Path) -> None:

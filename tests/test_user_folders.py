@@ -63,6 +63,23 @@ def test_without_a_home_commands_say_one_sentence(
     assert "Traceback" not in said and ("no home folder" in said) is (code is ExitCode.STORAGE)
 
 
+@pytest.mark.parametrize("kind", list(DataKind))
+def test_a_users_folder_that_cannot_be_one_is_told(
+    monkeypatch: pytest.MonkeyPatch, kind: DataKind
+) -> None:
+    monkeypatch.delenv("FIELDCAM_DATA", raising=False)
+    monkeypatch.setenv("XDG_DATA_HOME", "/dev/null")
+    with pytest.raises(StorageError, match="/dev/null is a file, not a folder") as refused:
+        data_path(None, kind)
+    assert "--data" in refused.value.hint
+
+
+@pytest.mark.parametrize("command", [["--data", "", "growth"], ["growth", "--data", ""]])
+def test_an_empty_name_is_not_the_current_folder(capsys: Capture, command: list[str]) -> None:
+    assert main(command) == ExitCode.BAD_INPUT
+    assert "Argument --data: the folder's name is empty" in capsys.readouterr().err
+
+
 @pytest.mark.usefixtures("homeless")
 def test_without_a_home_a_defect_is_still_logged(
     capsys: Capture, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

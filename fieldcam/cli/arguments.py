@@ -30,9 +30,16 @@ def add_command(commands: Subparsers[Parser], name: str, summary: str, handler: 
     parser.set_defaults(handler=handler)
     # SUPPRESS, so that `fieldcam --data DIR size …` is not overwritten by a default.
     parser.add_argument(
-        "--data", type=Path, default=argparse.SUPPRESS, metavar="DIR", help="the data folder"
+        "--data", type=folder_name, default=argparse.SUPPRESS, metavar="DIR", help="the data folder"
     )
     return parser
+
+
+def folder_name(text: str) -> Path:
+    """An empty one, as a variable that is not set leaves it, would be the current folder."""
+    if not text:
+        raise argparse.ArgumentTypeError("the folder's name is empty.")
+    return Path(text)
 
 
 def add_json(parser: Parser) -> None:

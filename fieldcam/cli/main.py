@@ -24,7 +24,7 @@ from fieldcam.cli import (
     stages,
     tag_cards,
 )
-from fieldcam.cli.arguments import Parser
+from fieldcam.cli.arguments import Parser, folder_name
 from fieldcam.cli.cameras import calibrating
 from fieldcam.cli.cameras import commands as cameras
 from fieldcam.cli.console import flush, narrate
@@ -126,7 +126,7 @@ def build_parser() -> Parser:
     parser.add_argument("--version", action="version", version=f"fieldcam {__version__}")
     parser.add_argument(
         "--data",
-        type=Path,
+        type=folder_name,
         metavar="DIR",
         help="the data folder (else FIELDCAM_DATA, else the user's own)",
     )

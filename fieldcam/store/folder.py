@@ -19,6 +19,7 @@ from fieldcam.user_folders import UserFolder, expanded, user_folder
 
 DATA_VARIABLE = "FIELDCAM_DATA"
 MARKER_NAME = "fieldcam-data.json"
+DATABASE_NAME = "fieldcam.db"
 
 
 class DataKind(StrEnum):
@@ -44,7 +45,7 @@ def data_path(option: Path | None, kind: DataKind = DataKind.FIELD) -> Path:
             "This user has no home folder to keep data in.",
             f"Name a folder with --data or {DATA_VARIABLE}.",
         )
-    return path
+    return _no_file(path)
 
 
 def data_path_if_any(option: Path | None, kind: DataKind = DataKind.FIELD) -> Path | None:
@@ -80,10 +81,24 @@ def open_data_folder(path: Path, kind: DataKind) -> DataFolder:
 
 def known_data_folder(path: Path) -> DataFolder:
     """The data folder at `path`, whatever kind it is; nothing is made."""
+    check_marker(path)
     found = _read_kind(path / MARKER_NAME)
     if found is None:
         raise StorageError(f"There is no data folder at {path}.", "Name another with --data.")
     return DataFolder(path, found)
+
+
+def check_marker(path: Path) -> None:
+    """Raises StorageError where a folder holds data, and nothing says of which kind."""
+    held = {DATABASE_NAME: "a database", "objects": "pictures"}
+    there = [what for name, what in held.items() if (path / name).exists()]
+    if there and _read_kind(path / MARKER_NAME) is None:
+        raise StorageError(
+            f"{path} holds {' and '.join(there)}, but no {MARKER_NAME}, the file that says which"
+            " kind of pictures they are.",
+            "If the folder was copied, copy this file too; if it is lost, `fieldcam recover` makes"
+            " it anew.",
+        )
 
 
 def kind_of(path: Path) -> DataKind | None:
@@ -108,6 +123,9 @@ def _no_file(path: Path) -> Path:
     return path
 
 
+_MAKE_ANEW = "Delete it, then `fieldcam recover` makes it anew."
+
+
 def _read_kind(marker: Path) -> DataKind | None:
     try:
         content = json.loads(marker.read_bytes())
@@ -116,7 +134,7 @@ def _read_kind(marker: Path) -> DataKind | None:
     except OSError as error:
         raise StorageError(f"{marker} cannot be read: {error.strerror}.") from error
     except ValueError as error:
-        raise StorageError(f"{marker} cannot be read: {error}.") from error
+        raise StorageError(f"{marker} cannot be read: {error}.", _MAKE_ANEW) from error
     if not isinstance(content, dict) or content.get("kind") not in tuple(DataKind):
-        raise StorageError(f"{marker} does not say what kind of data its folder holds.")
+        raise StorageError(f"{marker} does not say what kind of data its folder holds.", _MAKE_ANEW)
     return DataKind(content["kind"])

@@ -22,7 +22,8 @@ from fieldcam.store.captures import SavedCapture, camera_facts, keep_image, refu
 from fieldcam.store.clock import Moment, now
 from fieldcam.store.connection import connect, rows, writing
 from fieldcam.store.facts import dump_facts, facts_of
-from fieldcam.store.folder import DataFolder, DataKind, open_data_folder
+from fieldcam.store.folder import DATABASE_NAME as DATABASE_NAME
+from fieldcam.store.folder import DataFolder, DataKind, check_marker, open_data_folder
 from fieldcam.store.identity import Identity, identify
 from fieldcam.store.journal import Clock, append
 from fieldcam.store.lock import FolderLock
@@ -44,7 +45,6 @@ from fieldcam.store.rows.walk import (
 from fieldcam.store.space import Space
 from fieldcam.values import RawPair
 
-DATABASE_NAME = "fieldcam.db"
 _Given = ParamSpec("_Given")
 _Result = TypeVar("_Result")
 
@@ -265,6 +265,7 @@ def open_store(path: Path, kind: DataKind, clock: Clock = now, space: Space | No
 
     Raises RowsLost before anything is written where its database is not that of its pictures.
     """
+    check_marker(path)
     check_rows(path, DATABASE_NAME)
     return open_unchecked(path, kind, clock, space)
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from fieldcam.errors import BadInput
 from fieldcam.exchange.tables.dates import is_day
-from fieldcam.exchange.tables.headings import Table, find_table
+from fieldcam.exchange.tables.headings import UNITS, Table, find_table
 from fieldcam.exchange.tables.sheets import Sheet
 
 CLUSTER = ("cluster", "tag", "tag_id", "cluster_id", "spur", "spur_id")
@@ -17,7 +17,7 @@ DIAMETER = ("diameter_mm", "diameter", "diam_mm", "diam", "size_mm", "size")
 DIAM, STATE, CERTAINTY, MEASURED_BY, DOUBT = "diam.", "state.", "sure.", "measured_by", "doubt"
 _WIDE = re.compile(r"(?:diam(?:eter)?|size|visit_?\d*)(?:_mm)?[._-]?(.+)")
 _OF_AUTHORS = re.compile(r"fl[._-]?\d+", re.ASCII)
-_CM = "_cm"
+_OTHER_UNIT = re.compile(rf"_({'|'.join(UNITS)})$")
 SHAPES = (
     "Known are date,cluster,fruit,diameter_mm; tree,cluster,fruit,diam.2026-05-21 and so on;"
     " the same with diam.1 and so on and --dates; tag,fl1,fl2 and so on, in a sheet for each date."
@@ -27,11 +27,11 @@ SHAPES = (
 def caliper_table(sheet: Sheet) -> Table | None:
     """The table of a sheet, None where it has no heading of this kind.
 
-    Raises BadInput for a table in centimetres.
+    Raises BadInput for a table in centimetres and the like.
     """
     table = find_table(sheet, _is_heading)
     if table is not None:
-        _refuse_centimetres(table)
+        _refuse_other_units(table)
     return table
 
 
@@ -72,7 +72,7 @@ def _is_heading(names: Sequence[str]) -> bool:
 
 
 def _holds_sizes(name: str) -> bool:
-    base = name.removesuffix(_CM)
+    base = _OTHER_UNIT.sub("", name)
     return base in DIAMETER or _visit(base) is not None or bool(_OF_AUTHORS.fullmatch(base))
 
 
@@ -84,10 +84,11 @@ def _visit(name: str) -> str | None:
     return visit if is_day(visit) or (told and is_visit_number(visit)) else None
 
 
-def _refuse_centimetres(table: Table) -> None:
+def _refuse_other_units(table: Table) -> None:
     for name in table.columns:
-        if name.endswith(_CM) and _holds_sizes(name):
+        unit = _OTHER_UNIT.search(name)
+        if unit is not None and _holds_sizes(name):
             raise BadInput(
-                f"{table.name}: column {name} seems to be in centimetres; is it?",
+                f"{table.name}: column {name} seems to be in {UNITS[unit[1]]}; is it?",
                 "fieldcam needs millimetres, in a column diameter_mm.",
             )

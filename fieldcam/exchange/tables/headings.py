@@ -11,8 +11,15 @@ from fieldcam.exchange.tables.dates import is_day
 from fieldcam.exchange.tables.sheets import Sheet, SheetRow
 from fieldcam.foreign.bounds import MAX_TITLE_ROWS
 
-_UNIT = re.compile(r"[(\[]?(mm|cm)[)\]]?")
-_UNIT_BEHIND = re.compile(r"(?:[._, ]*[(\[]|[., ]+)(mm|cm)[)\]]?$")
+UNITS = {
+    "cm": "centimetres",
+    **dict.fromkeys(("in", "inch", "inches", '"', "\u2033"), "inches"),
+    **dict.fromkeys(("um", "\u00b5m", "\u03bcm"), "micrometres"),
+}
+"""Of lengths, as headings name them and as people say them; mm need no name."""
+_ANY_UNIT = "|".join(("mm", *UNITS))
+_UNIT = re.compile(rf"[(\[]?({_ANY_UNIT})[)\]]?")
+_UNIT_BEHIND = re.compile(rf"(?: in)?(?:[._, ]*[(\[]|[., ]+)({_ANY_UNIT})[)\]]?$")
 _NUMBER_BEHIND = re.compile(r"_(?:no|nr|num|number|#)\.?$|#$")
 IsHeading = Callable[[Sequence[str]], bool]
 """Of the names that `column_names` gives."""
@@ -85,7 +92,7 @@ def find_table(sheet: Sheet, is_heading: IsHeading) -> Table | None:
 
 
 def column_names(cells: Sequence[str]) -> list[str]:
-    """In lower case with underscores; a unit behind the name becomes a part of it if it is cm."""
+    """In lower case with underscores; a unit other than mm behind a name becomes a part of it."""
     return [_column_name(cell) for cell in cells]
 
 
@@ -94,7 +101,7 @@ def _column_name(cell: str) -> str:
     unit = _UNIT_BEHIND.search(written)
     name = re.sub(r"\s+", "_", _UNIT_BEHIND.sub("", written).strip())
     name = _NUMBER_BEHIND.sub("", name)
-    return f"{name}_cm" if unit and unit[1] == "cm" else name
+    return f"{name}_{unit[1]}" if unit and unit[1] in UNITS else name
 
 
 def _candidates(rows: Sequence[SheetRow]) -> Iterator[tuple[int, int, list[str]]]:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from sqlite_utils import Database
 
-from fieldcam.errors import RowsLost
+from fieldcam.errors import RowsLost, StorageError
 from fieldcam.store.connection import connect_untouched, rows
 from fieldcam.store.facts import all_facts
 from fieldcam.store.objects import CALIBRATION_SUFFIX, FACTS_SUFFIX, Objects
@@ -32,6 +32,7 @@ def check_rows(path: Path, database_name: str) -> None:
     With the log beside it the database is whole: what has no row then, crashes left behind.
     """
     objects, file = Objects(path), path / database_name
+    check_file(file)
     images = {found.name for found in objects.names() if _is_image(found)}
     # On a disk that takes no writing SQLite opens no file with a log; a copy shows its rows.
     if not images or (_has_log(file) and not os.access(path, os.W_OK)):
@@ -46,6 +47,16 @@ def check_rows(path: Path, database_name: str) -> None:
     if len(lost) <= few or not _more_intact(objects, lost, few):
         return
     raise RowsLost(_seen(path, file, len(lost), len(images)), _HINT)
+
+
+def check_file(database: Path) -> None:
+    """Raises StorageError where something else has the database's name."""
+    if database.is_dir():
+        raise StorageError(
+            f"{database} is a folder, and the database should be there.",
+            "Move this folder away; if the database is nowhere else, `fieldcam recover` then makes"
+            " rows of the pictures.",
+        )
 
 
 _HINT = (

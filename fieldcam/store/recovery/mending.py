@@ -21,7 +21,7 @@ from fieldcam.store.folder import DataFolder, DataKind, kind_of
 from fieldcam.store.lock import FolderLock
 from fieldcam.store.objects import Objects
 from fieldcam.store.recovery.integrity import FileProblem, quick_check, rehash
-from fieldcam.store.recovery.lost_rows import check_rows
+from fieldcam.store.recovery.lost_rows import check_file, check_rows
 from fieldcam.store.recovery.rebuilding import rebuild
 from fieldcam.store.recovery.salvage import Salvage, readable_copy
 from fieldcam.store.recovery.startup import StartupReport, startup_check
@@ -79,7 +79,7 @@ def recover(path: Path) -> Recovered:
 
 def _kind_of_pictures(path: Path) -> DataKind:
     """Of a folder without its marker: what its pictures say."""
-    if next(Objects(path).names(), None) is None:
+    if next(Objects(path).names(), None) is None and not (path / DATABASE_NAME).exists():
         raise StorageError(f"There is no data folder at {path}.", "Name another with --data.")
     simulated = any(facts.capture.simulated for facts in all_facts(Objects(path)))
     return DataKind.SIMULATED if simulated else DataKind.FIELD
@@ -98,6 +98,7 @@ def _alone(path: Path) -> Iterator[None]:
 def _mended(path: Path, kind: DataKind) -> tuple[Mended | None, str | None]:
     """What was done to the database, and what the old one is called now."""
     file = path / DATABASE_NAME
+    check_file(file)
     if not file.is_file():
         return None, None
     try:
