@@ -55,7 +55,7 @@ torture: $(VENV)/.test-ready
 	PYTHONPATH=tests $(BIN)/python -m torture $(TORTURE_ARGS)
 
 soak: $(VENV)/.test-ready
-	$(BIN)/python -m pytest -m slow tests/test_head_soak.py $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m slow tests/camera/test_head_soak.py $(PYTEST_ARGS)
 
 measure: $(VENV)/.test-ready
 	PYTHONPATH=tests $(BIN)/python -m measuring $(MEASURE_ARGS)

@@ -18,7 +18,7 @@ from fieldcam.camera.head.settings import (
 )
 from fieldcam.errors import CameraSettingsInvalid
 
-PAGE = Path(__file__).parents[1] / "docs" / "camera.md"
+PAGE = Path(__file__).parents[2] / "docs" / "camera.md"
 WHOLE = """
 left = "A"
 right = "B"

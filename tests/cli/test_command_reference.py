@@ -8,7 +8,7 @@ from fieldcam.cli.main import build_parser
 from fieldcam.cli.reference import reference
 from fieldcam.errors import ExitCode
 
-PAGE = Path(__file__).resolve().parents[1] / "docs/commands.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs/commands.md"
 
 
 def test_the_page_is_what_make_reference_writes() -> None:

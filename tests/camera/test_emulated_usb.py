@@ -22,7 +22,7 @@ from emulated_camera.shapes import HEAD_SERIAL, LEFT_SERIAL, RIGHT_SERIAL, Shape
 from emulated_camera.uevents import murmur_hash
 from emulated_camera.usbfs import IN_PIECES, WHOLE
 
-TESTS = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 OPEN_FILES = Path("/proc/self/fd")
 SOURCE = gradients(1440, 1080)
 PATIENCE_S = 60

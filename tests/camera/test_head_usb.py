@@ -18,7 +18,7 @@ from emulated_head import DISPARITY, QUICK, SCENE, SMALL
 if TYPE_CHECKING:
     from emulated_camera.plugged_bus import PluggedBus
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PATIENCE_S = 30
 SCRIPT = f"""
 import sys, time

@@ -12,7 +12,7 @@ from fieldcam.exchange.calipers.reading import read_calipers
 from fieldcam.exchange.route_table import read_route
 from fieldcam.growth.records import Presence
 
-GUIDE = Path(__file__).resolve().parents[1] / "docs/tables.md"
+GUIDE = Path(__file__).resolve().parents[2] / "docs/tables.md"
 
 
 def shown(heading: str) -> str:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 CYCLES = int(os.environ.get("SOAK_CYCLES", "1000"))
 SECONDS = float(os.environ.get("SOAK_SECONDS", "60"))
 OPEN_FILES = Path("/proc/self/fd")
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 WARM_CYCLES = 50
 LONGEST_PULL_S = 0.5
 PATIENCE_S = 15.0

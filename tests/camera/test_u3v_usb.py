@@ -42,7 +42,7 @@ from fieldcam.errors import (
     UsbMemoryShort,
 )
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 INFO = bytes((20, 0x24, 1, *[0] * 8, 4, 1, 2, 0, 0, 0, 3, 5, 8))
 STRINGS = {1: "Orchard Optics", 2: "Twin", 3: "A-17", 4: "GUID-17", 5: "left eye", 6: "iProduct"}
 

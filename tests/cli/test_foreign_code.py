@@ -11,7 +11,7 @@ import pytest
 
 from fieldcam.safe_path import PYTHON
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 TRAP = "from pathlib import Path\nPath({marker!r}).write_text(__name__)\n"
 NAMES = ("pickle", "json", "secrets", "selectors", "signal", "argparse", "struct", "cv2", "numpy")
 PICTURES = """

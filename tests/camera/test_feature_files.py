@@ -26,7 +26,7 @@ from fieldcam.cli import main
 from fieldcam.errors import ExitCode, FeatureFileInvalid, FieldcamError
 from fieldcam.foreign.bounds import FEATURES
 
-FOREIGN = Path(__file__).parent / "foreign_samples"
+FOREIGN = Path(__file__).parents[1] / "foreign_samples"
 CAMERA_XML = FOREIGN / "camera_xml"
 SMALL = feature_file(
     '<Category Name="Root"><pFeature>Device</pFeature><pFeature>Width</pFeature></Category>',

@@ -20,7 +20,7 @@ from fieldcam.calibration.reading.sources import WHOLE, open_documents
 from fieldcam.errors import CalibrationInvalid
 from fieldcam.values import Calibration
 
-SAMPLES = Path(__file__).parent / "foreign_samples"
+SAMPLES = Path(__file__).parents[1] / "foreign_samples"
 CASES = SAMPLES / "calibration"
 RIGHT = Calibration(1440, 1080, 1716.03, 732.9, 488.7, 60.18)
 

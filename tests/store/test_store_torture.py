@@ -93,7 +93,7 @@ def test_a_walk_on_a_disk_that_fills_up_loses_nothing_and_goes_on(small_disk: Pa
 def test_a_killed_app_loses_nothing_and_gives_the_terminal_back(
     memory_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[1]))
     tally = kills.rounds(memory_folder, 4, seed=1)
     assert tally.kills.total() >= 4
     assert tally.terminals_broken == 0
@@ -104,7 +104,7 @@ def test_a_killed_app_loses_nothing_and_gives_the_terminal_back(
 def test_an_analysis_that_always_fails_costs_no_picture(
     memory_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent))
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[1]))
     found = faults.suffer(memory_folder, 20)
     assert (found.unanswered, found.gave_up) == (0, False)
     assert found.losses.none

@@ -16,7 +16,7 @@ from fieldcam.foreign.child import read_in_child
 from fieldcam.foreign.files import read_foreign
 
 SMALL = Bound("note", 10)
-HERE = Path(__file__).resolve().parent
+HERE = Path(__file__).resolve().parents[1]
 TIGHT = Bound("note", 10, most_cpu_s=1, most_memory_bytes=100 * MIB)
 
 

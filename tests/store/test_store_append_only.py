@@ -79,7 +79,7 @@ def test_the_last_decision_that_was_not_undone_counts(
 
 def test_two_writers_leave_no_gap(tmp_path: Path) -> None:
     with small_store(tmp_path) as store:
-        code = WRITER.format(tests=[str(Path(__file__).parent)], folder=str(tmp_path))
+        code = WRITER.format(tests=[str(Path(__file__).parents[1])], folder=str(tmp_path))
         writers = [subprocess.Popen([sys.executable, "-c", code]) for _ in range(2)]
         assert [writer.wait(60) for writer in writers] == [0, 0]
         assert numbers(store) == list(range(1, 103))

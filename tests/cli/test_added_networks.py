@@ -11,7 +11,7 @@ from fieldcam.errors import ExitCode
 from fieldcam.models import find_models
 
 Capture = pytest.CaptureFixture[str]
-GOLDEN = Path(__file__).parent / "golden"
+GOLDEN = Path(__file__).parents[1] / "golden"
 
 
 def refused(capsys: Capture, data: Path, role: str, file: Path) -> str:

@@ -21,7 +21,7 @@ from emulated_camera.pictures import gradients
 from emulated_camera.sensor import Sensor
 from emulated_camera.shapes import HEAD_SERIAL, Shape, StereoHead, stereo_head
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 RUN = (sys.executable, "-m", "tests.emulated_camera", "--gradients", "--usb2")
 CLIENT = """
 import os, time, usb.core, usb.util

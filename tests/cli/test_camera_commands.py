@@ -30,7 +30,7 @@ from fieldcam.cli import doctor, main
 from fieldcam.cli.cameras.features import feature_lines
 from fieldcam.errors import ExitCode
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 Capture = pytest.CaptureFixture[str]
 
 
