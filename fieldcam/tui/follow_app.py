@@ -67,7 +67,7 @@ class FollowApp(EndableApp[None]):
         if self._follower is not None:
             self._follower.close()
 
-    def on_seen(self, message: FollowerTold) -> None:
+    def on_follower_told(self, message: FollowerTold) -> None:
         match message.sight:
             case Previewed() as preview:
                 began, self._preview = self._preview is None, preview

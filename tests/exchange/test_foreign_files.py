@@ -16,14 +16,15 @@ from fieldcam.foreign.child import read_in_child
 from fieldcam.foreign.files import read_foreign
 
 SMALL = Bound("note", 10)
-HERE = Path(__file__).resolve().parents[1]
+HERE = Path(__file__).resolve().parent
 TIGHT = Bound("note", 10, most_cpu_s=1, most_memory_bytes=100 * MIB)
 
 
 @pytest.fixture(autouse=True)
 def readers_of_this_module(monkeypatch: pytest.MonkeyPatch) -> None:
     """So that a child finds them."""
-    monkeypatch.setenv("PYTHONPATH", f"{HERE.parent}{os.pathsep}{HERE}")
+    folders = (HERE.parents[1], HERE.parent, HERE)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(map(str, folders)))
 
 
 def test_a_file_is_read_whole(tmp_path: Path) -> None:
