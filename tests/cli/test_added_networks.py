@@ -35,6 +35,7 @@ def test_what_it_gives_must_be_what_sizing_works_on(
     assert sentence in refused(capsys, tmp_path / "data", "segmentation", GOLDEN / name)
 
 
+@pytest.mark.export
 @pytest.mark.parametrize("role", ["segmentation", "stereo"])
 def test_weights_beside_the_file_are_told(capsys: Capture, tmp_path: Path, role: str) -> None:
     onnx = pytest.importorskip("onnx")
@@ -47,6 +48,7 @@ def test_weights_beside_the_file_are_told(capsys: Capture, tmp_path: Path, role:
     assert "weights in other files beside it" in refused(capsys, tmp_path / "data", role, file)
 
 
+@pytest.mark.export
 def test_a_network_for_one_size_is_told(capsys: Capture, tmp_path: Path) -> None:
     onnx = pytest.importorskip("onnx")
     model = onnx.load(find_models().segmentation.path)
