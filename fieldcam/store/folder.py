@@ -89,16 +89,16 @@ def known_data_folder(path: Path) -> DataFolder:
 
 
 def check_marker(path: Path) -> None:
-    """Raises StorageError where a folder holds data, and nothing says of which kind."""
-    held = {DATABASE_NAME: "a database", "objects": "pictures"}
-    there = [what for name, what in held.items() if (path / name).exists()]
-    if there and _read_kind(path / MARKER_NAME) is None:
-        raise StorageError(
-            f"{path} holds {' and '.join(there)}, but no {MARKER_NAME}, the file that says which"
-            " kind of pictures they are.",
-            "If the folder was copied, copy this file too; if it is lost, `fieldcam recover` makes"
-            " it anew.",
-        )
+    """Raises StorageError where a folder holds pictures, and nothing says of which kind."""
+    if not (path / "objects").is_dir() or _read_kind(path / MARKER_NAME) is not None:
+        return
+    database = " and a database" if (path / DATABASE_NAME).exists() else ""
+    raise StorageError(
+        f"{path} holds pictures{database}, but no {MARKER_NAME}, the file that says which kind they"
+        " are.",
+        "If the folder was copied, copy this file too; if it is lost, `fieldcam recover` makes it"
+        " anew.",
+    )
 
 
 def kind_of(path: Path) -> DataKind | None:

@@ -18,7 +18,7 @@ from fieldcam.errors import DatabaseTooNew, StorageDamaged, StorageError, Storag
 from fieldcam.store.captures import load_raw
 from fieldcam.store.connection import connect, connect_read_only, rows
 from fieldcam.store.export import export_database
-from fieldcam.store.folder import DataKind, open_data_folder
+from fieldcam.store.folder import DataKind
 from fieldcam.store.identity import identify
 from fieldcam.store.migrations import migrate, steps, version_of
 from fieldcam.store.queries.resuming import saved_capture, waiting_for_analysis
@@ -200,7 +200,6 @@ def test_a_database_of_a_newer_version_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_database_of_another_program_is_refused(tmp_path: Path) -> None:
-    open_data_folder(tmp_path, DataKind.FIELD)
     with sqlite3.connect(tmp_path / "fieldcam.db") as connection:
         connection.execute("CREATE TABLE theirs (x)")
     connection.close()
@@ -211,7 +210,6 @@ def test_a_database_of_another_program_is_refused(tmp_path: Path) -> None:
 def test_an_older_database_is_brought_up_to_date(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    open_data_folder(tmp_path, DataKind.FIELD)
     path = tmp_path / "fieldcam.db"
     database = connect(path)
     with monkeypatch.context() as patch:

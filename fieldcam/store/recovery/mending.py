@@ -79,7 +79,7 @@ def recover(path: Path) -> Recovered:
 
 def _kind_of_pictures(path: Path) -> DataKind:
     """Of a folder without its marker: what its pictures say."""
-    if next(Objects(path).names(), None) is None and not (path / DATABASE_NAME).exists():
+    if next(Objects(path).names(), None) is None:
         raise StorageError(f"There is no data folder at {path}.", "Name another with --data.")
     simulated = any(facts.capture.simulated for facts in all_facts(Objects(path)))
     return DataKind.SIMULATED if simulated else DataKind.FIELD
