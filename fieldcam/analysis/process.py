@@ -11,7 +11,6 @@ from contextlib import suppress
 from pathlib import Path
 from subprocess import PIPE, Popen, TimeoutExpired
 from time import monotonic
-from types import TracebackType
 from typing import IO, Self
 
 from fieldcam.analysis.messages import (
@@ -117,12 +116,7 @@ class AnalysisProcess:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Kill it, since it holds nothing that could be lost."""
         self._process.kill()
         with suppress(TimeoutExpired):

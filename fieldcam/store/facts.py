@@ -97,10 +97,6 @@ def all_facts(objects: Objects) -> Iterator[CaptureFacts]:
     yield from latest.values()
 
 
-def _taken_at(facts: CaptureFacts) -> datetime:
-    return datetime.fromisoformat(facts.capture.taken_at)
-
-
 def _readable(objects: Objects) -> Iterator[CaptureFacts]:
     for path in objects.names():
         if path.suffix == FACTS_SUFFIX and objects.is_intact(path.name):

@@ -11,7 +11,6 @@ import threading
 from collections.abc import Callable, Sequence
 from datetime import date
 from pathlib import Path
-from types import TracebackType
 from typing import ParamSpec, Self, TypeVar
 from weakref import WeakSet, finalize
 
@@ -223,12 +222,7 @@ class Store:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _known_or_new(self, row: Row, where: str, *parameters: str) -> EntryId:

@@ -7,13 +7,11 @@ from pathlib import Path
 
 import fieldcam
 from fieldcam.cli.arguments import Parser, Subparsers, add_command, add_json
-from fieldcam.cli.cameras import features as camera_features
-from fieldcam.cli.cameras import grab as camera_grab
-from fieldcam.cli.cameras import probe as camera_probe
+from fieldcam.cli.cameras import features, grab, probe
 from fieldcam.cli.cameras.listing import camera_entry, camera_lines
 from fieldcam.cli.console import emit, emit_json, narrate
 
-GROUPS = (camera_probe, camera_grab, camera_features)
+GROUPS = (probe, grab, features)
 RULE = Path(fieldcam.__file__).parent / "systemd/60-fieldcam-camera.rules"
 NONE = "No USB3 Vision camera is attached."
 
